@@ -1,0 +1,1 @@
+"""Many runs kept: sampling, shards, the result store and its statistics."""

@@ -1,0 +1,1 @@
+"""Many runs at once: the batch kernels and what launches them."""

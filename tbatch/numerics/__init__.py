@@ -1,0 +1,1 @@
+"""How the equations are stepped: coefficients, factorisations and the one-run reference."""

@@ -1,0 +1,1 @@
+"""What the models are: vehicles, tracks, contact, irregularities. Plain NumPy, readable against the equations."""

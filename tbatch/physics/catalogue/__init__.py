@@ -1,0 +1,1 @@
+"""Published parameter sets, each with its source."""
