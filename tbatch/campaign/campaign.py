@@ -1,0 +1,343 @@
+"""A campaign: every run of a scenario, simulated in batches, stored shard by shard, and read back.
+
+``run`` does what is missing: all of it in a new folder, the rest after an interruption, the additional samples after an
+extension, nothing when all is there.
+"""
+
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import pyarrow as pa
+
+from tbatch.campaign.durable import make_folder
+from tbatch.campaign.executor import Local
+from tbatch.campaign.keep import parse_worst, worst_runs
+from tbatch.campaign.lock import FolderLock
+from tbatch.campaign.records import BatchResult, RunInputs, shard_tables
+from tbatch.campaign.shards import Shard, missing_shards, take_batch
+from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
+from tbatch.campaign.store import RECORDINGS, Message, Store
+from tbatch.scenario.run_name import parse_run_name, run_name
+
+if TYPE_CHECKING:
+    from tbatch.engine.result import Result
+    from tbatch.scenario import Scenario
+
+RECORDED_TOGETHER = 16  # runs with full histories in memory at a time
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a campaign is; runs and run-steps count from the start of this process's work."""
+
+    phase: str
+    """What is being done: ``building``, ``running``, ``storing`` or ``recording``."""
+    runs_done: int
+    """Runs stored."""
+    runs_total: int
+    """Runs to be done."""
+    run_steps_done: int
+    """Time steps of all runs, done."""
+    run_steps_total: int
+    """Time steps of all runs to be done."""
+    separations: int
+    """Separations found so far."""
+
+
+Report = Callable[[Progress], None]
+
+
+class Executor(Protocol):
+    """Where runs are simulated; ``Local`` is one."""
+
+    def steps_per_run(self) -> Sequence[int]:
+        """Time steps of a run of each case."""
+        ...
+
+    def batch_limit(self, rate: float | None, steps: float) -> int:
+        """How many runs to simulate together."""
+        ...
+
+    def simulate(self, pairs: Sequence[tuple[int, int]], *, progress: Any = None, save: Any = None) -> Any:
+        """Simulates runs."""
+        ...
+
+
+class Recorder(Protocol):
+    """Writes recordings: simulates the named runs again with histories and puts ``<name>.rrd`` into ``folder``."""
+
+    def __call__(self, campaign: "Campaign", names: Sequence[str], folder: Path) -> None:
+        """Writes one recording for each name."""
+        ...
+
+
+class Campaign:
+    """The stored runs of a scenario, in a folder."""
+
+    def __init__(self, store: Store, scenario: "Scenario", executor: Executor | None = None) -> None:
+        """Takes an opened store and its scenario; see ``open``."""
+        self.store = store
+        self.scenario = scenario
+        self._executor = executor
+
+    @classmethod
+    def open(cls, folder: Path | str, *, threads: int | None = None) -> "Campaign":
+        """Opens a campaign folder to read it; ``threads`` are for runs simulated again."""
+        store = Store.open(Path(folder))
+        scenario = stored_scenario(store)
+        return cls(store, scenario, Local(scenario, threads=threads))
+
+    @property
+    def folder(self) -> Path:
+        """The campaign folder."""
+        return self.store.folder
+
+    @cached_property
+    def executor(self) -> Executor:
+        """Where runs of this campaign are simulated again."""
+        return self._executor or Local(self.scenario)
+
+    def missing(self) -> list[Shard]:
+        """The shards still to be run."""
+        return missing_shards(len(self.scenario.speeds), self.scenario.samples, self.store.shards)
+
+    @property
+    def runs_stored(self) -> int:
+        """Number of stored runs."""
+        return sum(len(shard) for shard in self.store.shards)
+
+    @property
+    def runs_total(self) -> int:
+        """Number of runs that the scenario asks for."""
+        return len(self.scenario.speeds) * self.scenario.samples
+
+    @property
+    def diverged(self) -> int:
+        """Number of stored runs that diverged."""
+        return sum(entry["diverged"] for entry in self.store.manifest.shards.values())
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+        return float(self.store.resolved["integration"]["step"])
+
+    @property
+    def run_steps_per_second(self) -> float | None:
+        """Run-steps per second of the last process that simulated runs of it; None if unknown."""
+        for session in reversed(self.store.manifest.sessions):
+            if session["seconds"] > 0.0:
+                return session["run_steps"] / session["seconds"]
+        return None
+
+    def table(self, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
+        """All stored rows of ``"runs"``, ``"wheels"`` or ``"events"``, by case and sample, checked as they are read."""
+        return self.store.table(kind, columns)
+
+    def statistics(self, *, any_wheelset: bool = False) -> pa.Table:
+        """How often wheels leave the rail, a row per speed and wheelset.
+
+        Args:
+            any_wheelset: A row per speed instead, for any of the wheelsets.
+        """
+        runs, wheels = self.table("runs", RUN_COLUMNS), self.table("wheels", WHEEL_COLUMNS)
+        return separation_statistics(runs, wheels, self.scenario.speeds, any_wheelset=any_wheelset)
+
+    def kept(self) -> list[str]:
+        """Names of the runs that the scenario keeps as recordings."""
+        keep = self.scenario.keep
+        count = parse_worst(keep)
+        if count is not None:
+            wheels = self.table("wheels", ("case", "sample", "longest", "force_max"))
+            pairs = worst_runs(self.table("runs", ("case", "sample", "status")), wheels, count)
+            return [run_name(case, sample) for case, sample in pairs]
+        return [] if keep == "none" else [str(name) for name in keep]
+
+    def replay(self, run_id: str, *, save: Any = None, progress: Any = None) -> "Result":
+        """Simulates one run again from its seed, bit for bit, with histories.
+
+        Args:
+            run_id: The run, ``"c03-s000127"``.
+            save: What to keep, a SaveAt; default: contact force and vehicle at every step.
+            progress: Called after each chunk of steps.
+        """
+        return self.replay_together([run_id], save=save, progress=progress)
+
+    def replay_together(self, run_ids: Sequence[str], *, save: Any = None, progress: Any = None) -> "Result":
+        """Simulates several runs again in one batch; bit for bit what ``replay`` gives for each."""
+        if save is None:
+            from tbatch.engine.runs import SaveAt
+
+            save = SaveAt(every=self.step, channels=("contact_force", "vehicle"))
+        return self.executor.simulate([self.pair(run_id) for run_id in run_ids], progress=progress, save=save)
+
+    def pair(self, run_id: str) -> tuple[int, int]:
+        """Case and sample of a run of this campaign; ValueError for any other."""
+        case, sample = parse_run_name(run_id)
+        if case >= len(self.scenario.speeds) or sample >= self.scenario.samples:
+            last = run_name(len(self.scenario.speeds) - 1, self.scenario.samples - 1)
+            raise ValueError(f"run is {run_id!r}: this campaign has runs {run_name(0, 0)} to {last}")
+        return case, sample
+
+    def is_stored(self, run_id: str) -> bool:
+        """Whether a run of this campaign is stored."""
+        return self._shard_of(run_id) is not None
+
+    def _shard_of(self, run_id: str) -> Shard | None:
+        case, sample = self.pair(run_id)
+        inside = [shard for shard in self.store.shards if shard.case == case and shard.start <= sample < shard.stop]
+        return inside[0] if inside else None
+
+    def differs_from_stored(self, run_id: str, result: BatchResult, index: int = 0) -> list[str]:
+        """Columns of a replayed run that are not bit for bit those stored; empty if it is the same run.
+
+        Args:
+            run_id: The run.
+            result: A result that holds it.
+            index: Its place in that result.
+        """
+        _, sample = self.pair(run_id)
+        shard = self._shard_of(run_id)
+        if shard is None:
+            raise ValueError(f"run is {run_id!r}: not stored yet")
+        replayed = {
+            "wheels": _rows(result.summary, "run", index).drop_columns(["run"]),
+            "events": _rows(result.separations, "run", index).drop_columns(["run"]),
+        }
+        differing = []
+        for kind, table in replayed.items():
+            stored = _rows(self.store.shard_table(kind, shard), "sample", sample).drop_columns(["case", "sample"])
+            names = stored.column_names
+            differing += [f"{kind}.{name}" for name in names if not _same(stored[name], table[name])]
+        return differing
+
+
+def run(
+    scenario: "Scenario",
+    *,
+    out: Path | str | None = None,
+    threads: int | None = None,
+    progress: Report | None = None,
+    message: Message | None = None,
+    recorder: Recorder | None = None,
+    executor: Executor | None = None,
+) -> Campaign:
+    """Runs what is missing of a scenario in a folder and gives the campaign.
+
+    Whatever ends it early, the shards stored so far stay, and calling it again goes on from there.
+
+    Args:
+        scenario: The scenario.
+        out: The campaign folder; default ``results/<campaign.name>``.
+        threads: Threads to use; default: the cores that this process may use.
+        progress: Called with a Progress after every chunk of steps and between batches; may raise to stop.
+        message: Called with a line for people where something was found or repaired.
+        recorder: Writes the recordings of the kept runs; default: none are written.
+        executor: Where to simulate; default: in this process.
+    """
+    folder = Path(out) if out is not None else Path("results") / scenario.name
+    tell = message or (lambda text: None)
+    make_folder(folder)
+    with FolderLock(folder, message=tell):
+        store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell)
+        campaign = Campaign(store, scenario, executor or Local(scenario, threads=threads))
+        report = progress or (lambda state: None)
+        _simulate(campaign, report)
+        if recorder is not None:
+            _record(campaign, recorder, report)
+    return campaign
+
+
+def _simulate(campaign: Campaign, report: Report) -> None:
+    """Simulates and stores what is missing, batch by batch."""
+    missing = campaign.missing()
+    if not missing:
+        return
+    executor, scenario = campaign.executor, campaign.scenario
+    report(Progress("building", 0, sum(map(len, missing)), 0, 0, 0))
+    total_runs = sum(len(shard) for shard in missing)
+    steps_per_run = executor.steps_per_run()
+    total_steps = sum(len(shard) * steps_per_run[shard.case] for shard in missing)
+    runs_done = steps_done = separations = 0
+    rate: float | None = None
+
+    def tell(phase: str, steps: int = 0, found: int = 0) -> None:
+        report(Progress(phase, runs_done, total_runs, steps_done + steps, total_steps, separations + found))
+
+    while missing:
+        batch = take_batch(missing, executor.batch_limit(rate, total_steps / total_runs))
+        pairs = [pair for shard in batch for pair in shard.pairs]
+        tell("running")
+        began = perf_counter()
+        result = executor.simulate(
+            pairs, progress=lambda engine: tell("running", engine.run_steps_done, engine.separations)
+        )
+        seconds = perf_counter() - began
+        steps = int(np.sum(result.steps))
+        rate = steps / seconds
+        tell("storing", steps, result.separations.num_rows)
+        campaign.store.commit(_tables(scenario, batch, pairs, result), run_steps=steps, seconds=seconds)
+        missing = missing[len(batch) :]
+        runs_done += len(pairs)
+        steps_done += steps
+        separations += result.separations.num_rows
+    tell("running")
+
+
+def _tables(
+    scenario: "Scenario", batch: Sequence[Shard], pairs: Sequence[tuple[int, int]], result: BatchResult
+) -> dict[Shard, dict[str, pa.Table]]:
+    inputs = [
+        RunInputs(scenario.speeds[case], scenario.duration(case), scenario.evaluated_length(case)) for case, _ in pairs
+    ]
+    return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)
+
+
+def _record(campaign: Campaign, recorder: Recorder, report: Report) -> None:
+    """Writes the recordings of the kept runs that are not there yet, and removes those of runs no longer kept."""
+    folder = campaign.folder / RECORDINGS
+    noted = campaign.store.manifest.recordings
+    kept = campaign.kept()
+    for name in set(noted) - {f"{name}.rrd" for name in kept}:
+        (folder / name).unlink(missing_ok=True)
+    todo = [name for name in kept if f"{name}.rrd" not in noted or not (folder / f"{name}.rrd").exists()]
+    if todo:
+        make_folder(folder)
+    for first in range(0, len(todo), RECORDED_TOGETHER):
+        report(Progress("recording", first, len(todo), 0, 0, 0))
+        recorder(campaign, todo[first : first + RECORDED_TOGETHER], folder)
+    paths = {f"{name}.rrd": folder / f"{name}.rrd" for name in kept}
+    present = {name: path for name, path in paths.items() if path.exists()}
+    if todo or present.keys() != noted.keys():
+        campaign.store.note_recordings({name: _digest(path) for name, path in present.items()})
+    if todo:
+        report(Progress("recording", len(todo), len(todo), 0, 0, 0))
+
+
+def stored_scenario(store: Store) -> "Scenario":
+    """The scenario of a campaign folder."""
+    from tbatch.scenario import Scenario
+
+    return Scenario.load(store.folder / "campaign.toml")
+
+
+def _rows(table: pa.Table, column: str, value: int) -> pa.Table:
+    return table.filter(pa.array(table[column].to_numpy() == value))
+
+
+def _same(stored: pa.ChunkedArray, given: pa.ChunkedArray) -> bool:
+    """Whether two columns are equal bit for bit; NaN equals NaN."""
+    one, other = stored.combine_chunks(), given.combine_chunks().cast(stored.type)
+    if pa.types.is_floating(one.type):
+        return len(one) == len(other) and one.to_numpy().tobytes() == other.to_numpy().tobytes()
+    return one.equals(other)
+
+
+def _digest(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

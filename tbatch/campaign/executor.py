@@ -1,0 +1,84 @@
+"""Where the runs of a batch are simulated: here, in this process, with all its threads.
+
+An executor has ``simulate`` and the sizes that a campaign plans with. What a run gives depends on nothing that an
+executor chooses: not on the batch, its order, or the number of threads.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import psutil
+
+from tbatch.campaign.shards import SHARD_SAMPLES
+
+if TYPE_CHECKING:
+    from tbatch.engine.model import Model
+    from tbatch.engine.result import Result
+    from tbatch.scenario import Scenario
+
+LANES = 8
+FULL_BLOCKS = 16  # with fewer blocks of lanes Taichi leaves threads idle
+MOST_RUNS = 512
+STORE_EVERY = 15.0  # s: what an interruption may cost
+
+Pair = tuple[int, int]
+
+
+class Local:
+    """Simulates the runs of a scenario in this process."""
+
+    def __init__(self, scenario: "Scenario", *, threads: int | None = None) -> None:
+        """Takes the scenario; ``threads`` defaults to the cores that this process may use."""
+        self.scenario = scenario
+        self.threads = threads or usable_cores()
+
+    @cached_property
+    def model(self) -> "Model":
+        """The scenario's model, factorised when first used."""
+        return self.scenario.model()
+
+    def simulate(
+        self, pairs: Sequence[Pair], *, progress: Callable[[Any], None] | None = None, save: Any = None
+    ) -> "Result":
+        """Simulates runs.
+
+        Args:
+            pairs: The runs, as (case, sample).
+            progress: Called after each chunk of steps with the engine's Progress; may raise to stop.
+            save: What to keep beside summary and separations, a SaveAt.
+        """
+        from tbatch.engine.simulate import simulate
+
+        runs, duration = self.scenario.runs(pairs)
+        return simulate(self.model, runs, duration, threads=self.threads, save=save, progress=progress)
+
+    def steps_per_run(self) -> list[int]:
+        """Time steps of a run of each case."""
+        _, duration = self.scenario.runs([(case, 0) for case in range(len(self.scenario.speeds))])
+        return [int(np.ceil(time / self.model.step - 1e-9)) for time in np.asarray(duration)]
+
+    def batch_limit(self, rate: float | None, steps: float) -> int:
+        """How many runs to simulate together.
+
+        Enough to keep all threads busy, few enough that the results are stored every ``STORE_EVERY`` seconds and fit
+        into half the free memory. The first batch of a campaign, whose rate is not known yet, is the smallest that
+        keeps all threads busy.
+
+        Args:
+            rate: Run-steps per second so far, None if not known.
+            steps: Time steps of a typical run.
+        """
+        fill = LANES * max(FULL_BLOCKS, 2 * self.threads)
+        wanted = fill if rate is None else int(rate * STORE_EVERY / max(steps, 1.0))
+        memory = psutil.virtual_memory().available // 2 // max(int(self.model.bytes_per_run), 1)
+        return max(SHARD_SAMPLES, min(max(wanted, fill), max(MOST_RUNS, 2 * fill), memory))
+
+
+def usable_cores() -> int:
+    """Cores that this process may run on; the machine may have more."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,144 @@
+"""How often wheels leave the rail: per speed and wheelset, from the runs and wheels tables.
+
+The run is the statistical unit. The probability is that of a run of the evaluated length to hold at least one
+separation, with the exact (Clopper-Pearson) interval; rates use each wheel's own evaluated distance
+(wheelset-kilometres). Diverged runs are left out of everything and counted beside it.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from scipy.stats import binomtest
+
+CONFIDENCE = 0.95
+ANY_WHEELSET = 0
+
+RUN_COLUMNS = ("case", "sample", "status", "evaluated_length")
+WHEEL_COLUMNS = (
+    "case",
+    "sample",
+    "wheel",
+    "evaluated_distance",
+    "separations",
+    "censored",
+    "separated_time",
+    "evaluated_time",
+    "longest",
+    "largest_gap",
+    "largest_landing_force",
+    "force_max",
+    "force_min",
+)
+
+STATISTICS_SCHEMA = pa.schema(
+    [
+        ("case", pa.int32()),  # index of the speed
+        ("speed", pa.float64()),  # m/s
+        ("wheel", pa.int32()),  # 1 is the front wheelset, 0 is any wheelset
+        ("runs", pa.int64()),  # runs that count: all but the diverged
+        ("diverged", pa.int64()),
+        ("separated_runs", pa.int64()),  # runs with at least one separation
+        ("probability", pa.float64()),  # separated_runs / runs, per run of the evaluated length
+        ("probability_low", pa.float64()),  # exact 95 % interval
+        ("probability_high", pa.float64()),
+        ("separations", pa.int64()),
+        ("censored", pa.int64()),  # those open at the start or the end of the evaluated part
+        ("evaluated_length", pa.float64()),  # per run, of wheel 1, m
+        ("evaluated_distance", pa.float64()),  # of all runs, wheelset-metres, m
+        ("separations_per_km", pa.float64()),  # per wheelset-kilometre
+        ("separated_time", pa.float64()),  # s
+        ("separated_share", pa.float64()),  # of the evaluated time
+        ("longest", pa.float64()),  # longest separation that is not censored, s
+        ("largest_gap", pa.float64()),  # m
+        ("largest_landing_force", pa.float64()),  # N
+        ("force_max", pa.float64()),  # N
+        ("force_min", pa.float64()),  # N
+    ]
+)
+
+
+def exact_interval(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """The two-sided Clopper-Pearson interval of a probability; (0, 1) when there were no trials."""
+    if trials == 0:
+        return 0.0, 1.0
+    interval = binomtest(successes, trials).proportion_ci(confidence, method="exact")
+    return float(interval.low), float(interval.high)
+
+
+def separation_statistics(
+    runs: pa.Table, wheels: pa.Table, speeds: Sequence[float], *, any_wheelset: bool = False
+) -> pa.Table:
+    """Statistics of the separations, a row per speed and wheelset.
+
+    Args:
+        runs: A row per run, columns ``RUN_COLUMNS``.
+        wheels: A row per run and wheel, columns ``WHEEL_COLUMNS``.
+        speeds: Speed of each case [m/s].
+        any_wheelset: A row per speed instead, for any of the wheelsets.
+    """
+    run = {name: runs[name].to_numpy() for name in RUN_COLUMNS}
+    wheel = {name: wheels[name].to_numpy() for name in WHEEL_COLUMNS}
+    diverged = run["status"] != 0
+    sound = ~np.isin(_key(wheel["case"], wheel["sample"]), _key(run["case"], run["sample"])[diverged])
+    wheel_numbers = [ANY_WHEELSET] if any_wheelset else sorted(int(number) for number in np.unique(wheel["wheel"]))
+    rows = []
+    for case, speed in enumerate(speeds):
+        of_case = run["case"] == case
+        lengths = run["evaluated_length"][of_case]
+        for number in wheel_numbers:
+            chosen = sound & (wheel["case"] == case)
+            if number != ANY_WHEELSET:
+                chosen &= wheel["wheel"] == number
+            part = {name: column[chosen] for name, column in wheel.items()}
+            rows.append(
+                {
+                    "case": case,
+                    "speed": float(speed),
+                    "wheel": number,
+                    "runs": int(np.count_nonzero(of_case & ~diverged)),
+                    "diverged": int(np.count_nonzero(of_case & diverged)),
+                    "evaluated_length": float(lengths.mean()) if len(lengths) else math.nan,
+                    **_estimates(part),
+                }
+            )
+            row = rows[-1]
+            row["probability"] = row["separated_runs"] / row["runs"] if row["runs"] else math.nan
+            row["probability_low"], row["probability_high"] = exact_interval(row["separated_runs"], row["runs"])
+    return pa.Table.from_pylist(rows, schema=STATISTICS_SCHEMA)
+
+
+def _estimates(part: dict[str, NDArray[Any]]) -> dict[str, float | int]:
+    """What the rows of one case and wheelset (or of all its wheelsets) say."""
+    separated = part["separations"] > 0
+    distance = math.fsum(part["evaluated_distance"])
+    time = math.fsum(part["evaluated_time"])
+    separated_time = math.fsum(part["separated_time"])
+    count = int(part["separations"].sum())
+    return {
+        "separated_runs": len(np.unique(part["sample"][separated])),
+        "separations": count,
+        "censored": int(part["censored"].sum()),
+        "evaluated_distance": distance,
+        "separations_per_km": 1e3 * count / distance if distance > 0.0 else math.nan,
+        "separated_time": separated_time,
+        "separated_share": separated_time / time if time > 0.0 else math.nan,
+        "longest": _largest(part["longest"], 0.0),
+        "largest_gap": _largest(part["largest_gap"], 0.0),
+        "largest_landing_force": _largest(part["largest_landing_force"], 0.0),
+        "force_max": _largest(part["force_max"], math.nan),
+        "force_min": -_largest(-part["force_min"], math.nan),
+    }
+
+
+def _largest(values: NDArray[Any], otherwise: float) -> float:
+    """The largest number; a wheel that met nothing evaluated has NaN and does not count."""
+    finite = values[~np.isnan(values)]
+    return float(finite.max()) if len(finite) else otherwise
+
+
+def _key(case: NDArray[Any], sample: NDArray[Any]) -> NDArray[np.int64]:
+    return case.astype(np.int64) << 40 | sample.astype(np.int64)

@@ -1,0 +1,271 @@
+"""The command line. Each command only reads its options and calls what does the work.
+
+Results go to stdout, progress and messages to stderr. No error reaches the user as a traceback; ``exit_codes`` says
+which exit code each one gives.
+"""
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from tbatch import __version__
+from tbatch.cli import exit_codes
+
+if TYPE_CHECKING:
+    from tbatch.scenario import Scenario
+
+_LATER = {
+    "merge": "join the folders of several machines",
+    "report": "one HTML page with plots",
+    "check": "the scenario's limits as pass or fail",
+    "methods": "the two-step scheme against others",
+    "verify": "check every file of a campaign folder",
+}
+
+
+class Listed(StrEnum):
+    """What ``tbatch list`` lists."""
+
+    vehicles = "vehicles"
+    tracks = "tracks"
+    spectra = "spectra"
+    scenarios = "scenarios"
+
+
+class Commands(TyperGroup):
+    """The commands, with every error turned into a message and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs a command."""
+        try:
+            value = super().invoke(ctx)
+            sys.stdout.flush()
+            return value
+        except (Exception, KeyboardInterrupt) as error:
+            if type(error).__module__.partition(".")[0] in ("typer", "click") or ctx.params.get("debug"):
+                raise  # usage errors and exits, which typer turns into messages and codes itself
+            code, text = exit_codes.explain(error)
+        if code == exit_codes.BROKEN_PIPE:
+            # Whoever read our output has gone; Python would complain again when it flushes stdout at its end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        elif text:
+            say(text)
+        raise typer.Exit(code)
+
+
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A campaign folder.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads; default: the cores this process may use.")]
+RunId = Annotated[str, typer.Option("--run", metavar="ID", help="A run, such as c03-s000127.")]
+AsJson = Annotated[bool, typer.Option("--json", help="As JSON, in SI units.")]
+
+
+def main() -> None:
+    """Runs the command line; leaves through SystemExit."""
+    app(prog_name="tbatch")
+
+
+def say(text: str) -> None:
+    """Says something to the user, beside the results."""
+    print(f"tbatch: {text}", file=sys.stderr, flush=True)
+
+
+@app.callback()
+def options(
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+) -> None:
+    """How often wheels leave the rail: batched vehicle-track dynamics."""
+    if version:
+        print(f"tbatch {__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="A scenario file, or a name that 'tbatch list scenarios' lists.")],
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Campaign folder; default results/<name>.")] = None,
+    runs: Annotated[int | None, typer.Option(min=1, help="Samples per speed; more than stored extends.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the campaign.")] = None,
+    change: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a key, such as run.start=40.")
+    ] = None,
+    keep: Annotated[str | None, typer.Option(help="Runs to record: worst:3, none, or ids.")] = None,
+    threads: Threads = None,
+    arch: Annotated[str, typer.Option(help="Processor: cpu.")] = "cpu",
+    executor: Annotated[str, typer.Option(hidden=True)] = "local",
+    shard: Annotated[str | None, typer.Option(hidden=True)] = None,
+    live: Annotated[bool, typer.Option(hidden=True)] = False,
+    serve: Annotated[bool, typer.Option(hidden=True)] = False,
+    dry_run: Annotated[bool, typer.Option(hidden=True)] = False,
+) -> None:
+    """Run a scenario's campaign, or what is missing of it, and print its separation statistics."""
+    for name, asked in {
+        "--arch other than cpu": arch != "cpu",
+        "--executor other than local": executor != "local",
+        "--shard": shard is not None,
+        "--live": live,
+        "--serve": serve,
+        "--dry-run": dry_run,
+    }.items():
+        if asked:
+            _not_yet(name)
+    from tbatch.scenario import Scenario
+
+    overrides = list(change or [])
+    overrides += [f"campaign.runs={runs}"] if runs is not None else []
+    overrides += [f"campaign.seed={seed}"] if seed is not None else []
+    overrides += [f"keep.timelines={_kept(keep)}"] if keep is not None else []
+    _carry_out(Scenario.load(scenario, overrides=overrides), out, threads)
+
+
+@app.command()
+def resume(folder: Folder, threads: Threads = None) -> None:
+    """Go on with an interrupted campaign."""
+    from tbatch.campaign.campaign import Campaign
+
+    _carry_out(Campaign.open(folder).scenario, folder, threads)
+
+
+@app.command()
+def status(folder: Folder) -> None:
+    """Say how far a campaign is, what is missing and what is damaged."""
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.summary import status_text
+
+    campaign = Campaign.open(folder)
+    damage = campaign.store.damage()
+    print(status_text(campaign, damage))
+    if damage:
+        raise typer.Exit(exit_codes.DAMAGED_STORE)
+
+
+@app.command()
+def stats(folder: Folder, as_json: AsJson = False) -> None:
+    """Print separation statistics with confidence intervals."""
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.summary import summary_document, summary_text
+
+    campaign = Campaign.open(folder)
+    print(json.dumps(summary_document(campaign), indent=1) if as_json else summary_text(campaign))
+
+
+@app.command()
+def replay(
+    folder: Folder,
+    run_id: RunId,
+    rrd: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the histories as a recording.")] = None,
+    threads: Threads = None,
+) -> None:
+    """Simulate one run again from its seed, bit for bit, with full histories."""
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.summary import replay_text
+    from tbatch.view.kept import write_recordings
+
+    campaign = Campaign.open(folder, threads=threads)
+    (result,) = write_recordings(campaign, [run_id], {run_id: rrd} if rrd is not None else {})
+    print(replay_text(campaign, run_id, result))
+    if rrd is not None:
+        say(f"wrote {rrd}; tbatch view {rrd} shows it")
+
+
+@app.command()
+def view(
+    source: Annotated[Path, typer.Argument(metavar="DIR|FILE.rrd", help="A campaign folder or a recording.")],
+    run_id: Annotated[str | None, typer.Option("--run", metavar="ID", help="A run of the campaign.")] = None,
+) -> None:
+    """Show recordings in the rerun viewer."""
+    from tbatch.view.kept import recordings_to_show
+    from tbatch.view.viewer import open_viewer
+
+    open_viewer(recordings_to_show(source, run_id))
+
+
+@app.command()
+def bench(as_json: AsJson = False, threads: Threads = None) -> None:
+    """Measure run-steps per second and core on this machine, beside SciPy."""
+    from tbatch.campaign.summary import columns
+    from tbatch.engine.bench import measure
+
+    measured = measure(progress=say)
+    if as_json:
+        print(json.dumps(measured, indent=1))
+    else:
+        print("\n".join(columns(["", ""], [], [[key, _shown(value)] for key, value in measured.items()])))
+
+
+@app.command("list")
+def list_(what: Annotated[Listed, typer.Argument(help="What to list.")]) -> None:
+    """List the vehicles, tracks, spectra or scenarios that come with tbatch."""
+    from tbatch.scenario.listing import listing
+
+    for name, text in listing(what.value):
+        print(f"{name:24} {text}".rstrip())
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of a scenario, for editors."""
+    from tbatch.scenario import Scenario
+
+    print(json.dumps(Scenario.json_schema(), indent=1))
+
+
+def _not_yet(what: str) -> None:
+    say(f"{what} is not served yet by this version ({__version__})")
+    raise typer.Exit(exit_codes.BAD_USAGE)
+
+
+def _later(name: str, what: str) -> Callable[[], None]:
+    def command() -> None:
+        _not_yet(f"tbatch {name}")
+
+    command.__doc__ = f"Not yet: {what}."
+    return command
+
+
+for _name, _what in _LATER.items():
+    app.command(_name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
+        _later(_name, _what)
+    )
+
+
+def _carry_out(scenario: "Scenario", folder: Path | None, threads: int | None) -> None:
+    """Runs what is missing, prints what there is, and judges it."""
+    from tbatch.campaign.campaign import run as run_campaign
+    from tbatch.campaign.summary import summary_text
+    from tbatch.cli.interruption import Interruption
+    from tbatch.view.kept import write_kept
+    from tbatch.view.progress import progress_on
+
+    folder = folder or Path("results") / scenario.name
+    with Interruption(f"resume with: tbatch resume {folder}") as interruption, progress_on(sys.stderr) as display:
+
+        def show(state: Any) -> None:
+            display(state)
+            interruption.check()
+
+        campaign = run_campaign(scenario, out=folder, threads=threads, progress=show, message=say, recorder=write_kept)
+    print(summary_text(campaign))
+    if campaign.diverged > scenario.limits_diverged:
+        say(f"{campaign.diverged} runs diverged, limits.diverged allows {scenario.limits_diverged}")
+        raise typer.Exit(exit_codes.TOO_MANY_DIVERGED)
+
+
+def _kept(text: str) -> str:
+    """The value of ``keep.timelines`` as TOML: a word, or the ids of a comma-separated list."""
+    if text == "none" or ":" in text:
+        return json.dumps(text)
+    return json.dumps([name.strip() for name in text.split(",")])
+
+
+def _shown(value: Any) -> str:
+    return f"{value:,.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,186 @@
+"""Batch: some runs of one model, laid out in blocks of lanes for the kernels."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tbatch.engine.aligned import aligned_zeros
+from tbatch.engine.model import Model
+from tbatch.engine.rows import (
+    CLOSED,
+    EVENT_COLUMNS,
+    EVENTS,
+    LANES,
+    MARKS,
+    OPENED,
+    PER_WHEEL,
+    PROFILE_COUNT,
+    PROFILE_FIRST,
+    SEPARATED,
+    MarkRows,
+    MemoryRows,
+)
+from tbatch.engine.statistics import Statistics
+from tbatch.numerics.initial import InitialState
+from tbatch.numerics.reference import first_load, hermite_at
+from tbatch.numerics.run_inputs import RunInputs
+from tbatch.physics.profile import Profile
+
+
+class Batch:
+    """Lane-blocked memory of some runs. Lane l of block b holds run 8 b + l; spare lanes are inactive copies.
+
+    Attributes:
+        memory: Real numbers of each run, shape (block, row, lane); rows by `MemoryRows`.
+        marks: Whole numbers of each run, int32, shape (block, row, lane); rows by `MarkRows`.
+        displacement: Track u [m, -], shape (block, node * dof, lane).
+        velocity: Track u̇ [m/s, 1/s], same shape.
+        load: Right-hand side of the track's next solve [N], same shape.
+        segment_real: Start [m] and inverse spacing [1/m] of all profile segments, shape (segment, 2).
+        segment_whole: First coefficient and number of intervals, int32, shape (segment, 2).
+        coefficients: B-spline coefficients of all profiles [m].
+        events: Log of separations, shape (block, wheel, place, column, lane).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        inputs: Sequence[RunInputs],
+        states: Sequence[InitialState],
+        statistics: Statistics,
+        *,
+        spare_rows: int,
+        chunk: int,
+    ) -> None:
+        vehicle, track, rates = model.vehicle, model.track, len(model.tables.inverse)
+        self.count = len(inputs)
+        self.at = MemoryRows.of(vehicle.dof_count, vehicle.wheel_count, rates)
+        blocks = -(-self.count // LANES)
+        wheels = vehicle.wheel_count
+        self.spare = self.at.outputs + wheels * statistics.rows
+        self.memory = aligned_zeros((blocks, self.spare + spare_rows, LANES))
+        self.marks = np.zeros((blocks, MarkRows.total(wheels, statistics.counters), LANES), np.int32)
+        track_rows = max(track.node_count * track.node_dofs, 1)
+        self.displacement, self.velocity, self.load = (aligned_zeros((blocks, track_rows, LANES)) for _ in range(3))
+        self.events = np.zeros((blocks, wheels, event_capacity(chunk), EVENT_COLUMNS, LANES))
+        self._pack_profiles(inputs)
+        for lane in range(blocks * LANES):
+            run = min(lane, self.count - 1)
+            self._pack(model, lane, inputs[run], states[run], active=lane < self.count)
+        self._pack_statistics(statistics, model.step)
+
+    def _pack(self, model: Model, lane: int, inputs: RunInputs, state: InitialState, *, active: bool) -> None:
+        """Fill one lane."""
+        at, wheels = self.at, self.at.wheels
+        memory = self.memory[lane // LANES, :, lane % LANES]
+        marks = self.marks[lane // LANES, :, lane % LANES]
+        square = at.dofs * at.dofs
+        tables, rest = inputs.tables, inputs.rest
+        memory[at.stiffness : at.stiffness + square] = tables.stiffness.ravel()
+        memory[at.mass : at.mass + square] = tables.mass.ravel()
+        memory[at.damping : at.damping + square] = tables.damping.ravel()
+        memory[at.inverse : at.inverse + tables.inverse.size] = tables.inverse.ravel()
+        memory[at.speed], memory[at.start] = inputs.speed, inputs.start
+        memory[at.end], memory[at.evaluate_from] = inputs.steps, inputs.evaluate_from
+        memory[at.circumference] = inputs.circumference
+        memory[at.hertz] = float(rest.constants.exponent == 1.5)
+        for row, values in (
+            (at.offset, inputs.vehicle.wheel_offsets),
+            (at.contact_stiffness, rest.constants.stiffness),
+            (at.separation, rest.constants.separation),
+            (at.approach, rest.constants.approach),
+            (at.load, rest.load),
+            (at.force, state.force),
+            (at.overlap, state.overlap),
+        ):
+            memory[row : row + wheels] = values
+        memory[at.active] = float(active)
+        memory[at.displacement : at.displacement + at.dofs] = state.displacement
+        memory[at.velocity : at.velocity + at.dofs] = state.velocity
+        if model.track.node_dofs:
+            self.displacement[lane // LANES, :, lane % LANES] = state.track.ravel()
+            self.velocity[lane // LANES, :, lane % LANES] = state.track_velocity.ravel()
+            first = first_load(model.factor, state.track, state.track_velocity, 4.0 / model.scheme.first)
+            self.load[lane // LANES, :, lane % LANES] = first.ravel()
+        self._place(model, memory, marks, inputs)
+        for wheel in range(wheels):
+            mark = MARKS.wheels + PER_WHEEL * wheel
+            marks[mark + OPENED] = marks[mark + CLOSED] = -1
+            marks[mark + SEPARATED] = int(state.force[wheel] <= 0.0)
+            own = inputs.wheel_profiles[wheel]
+            if own is not None:
+                marks[mark + PROFILE_FIRST], marks[mark + PROFILE_COUNT] = self._segments[id(own)]
+        marks[MARKS.profile], marks[MARKS.profile + 1] = self._segments[id(inputs.profile)]
+
+    def _place(self, model: Model, memory: np.ndarray, marks: np.ndarray, inputs: RunInputs) -> None:
+        """Elements and Hermite values of the wheels at t = 0, where the forces f₀ act."""
+        element, local, shape = hermite_at(inputs.positions(0.0), model.track.element_length, model.track.element_count)
+        memory[self.at.local : self.at.local + self.at.wheels] = local
+        memory[self.at.shape : self.at.shape + 4 * self.at.wheels] = shape.ravel()
+        memory[self.at.level : self.at.level + self.at.wheels] = inputs.levels(0.0)
+        marks[MARKS.wheels : MARKS.wheels + PER_WHEEL * self.at.wheels : PER_WHEEL] = element
+
+    def _pack_profiles(self, inputs: Sequence[RunInputs]) -> None:
+        """Put the segments and coefficients of all distinct profiles one after the other."""
+        distinct: dict[int, Profile] = {}
+        for one in inputs:
+            for profile in (one.profile, *one.wheel_profiles):
+                if profile is not None:
+                    distinct[id(profile)] = profile
+        self._segments: dict[int, tuple[int, int]] = {}
+        real, whole, coefficients = [], [], []
+        segments = used = 0
+        for key, profile in distinct.items():
+            self._segments[key] = (segments, profile.segment_count)
+            real.append(np.stack([profile.start, profile.inverse_spacing], axis=1))
+            whole.append(np.stack([profile.first + used, profile.intervals], axis=1))
+            coefficients.append(profile.coefficient)
+            segments += profile.segment_count
+            used += len(profile.coefficient)
+        self.segment_real = np.ascontiguousarray(np.concatenate(real))
+        self.segment_whole = np.concatenate(whole).astype(np.int32)
+        self.coefficients = np.concatenate(coefficients)
+
+    def _pack_statistics(self, statistics: Statistics, step: float) -> None:
+        """First values of every accumulator."""
+        for wheel in range(self.at.wheels):
+            load = self.memory[:, self.at.load + wheel].ravel()
+            rows = statistics.start(step, load).reshape(-1, len(self.memory), LANES)
+            first = self.at.outputs + wheel * statistics.rows
+            self.memory[:, first : first + statistics.rows] = rows.swapaxes(0, 1)
+
+    @property
+    def active(self) -> bool:
+        """Whether any run is still stepped."""
+        return bool(self.memory[:, self.at.active].any())
+
+    def lanes(self, rows: np.ndarray) -> np.ndarray:
+        """Reorder (block, row, lane) as (run, row), spare lanes left out."""
+        return rows.swapaxes(1, 2).reshape(-1, rows.shape[1])[: self.count]
+
+    @property
+    def status(self) -> np.ndarray:
+        """0 ok, 1 diverged, shape (run,)."""
+        return self.lanes(self.marks[:, MARKS.status : MARKS.status + 1])[:, 0]
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Steps completed, shape (run,)."""
+        return self.lanes(self.marks[:, MARKS.steps : MARKS.steps + 1])[:, 0]
+
+    def take_events(self) -> np.ndarray:
+        """Empty the log: shape (event, 2 + column): run in the batch, wheel from 0, then the event's columns."""
+        rows = slice(MARKS.wheels + EVENTS, MARKS.wheels + PER_WHEEL * self.at.wheels, PER_WHEEL)
+        counts = self.marks[:, rows]
+        if not counts.any():
+            return np.empty((0, 2 + EVENT_COLUMNS))
+        written = np.arange(self.events.shape[2])[:, None] < counts[:, :, None, :]
+        block, wheel, place, lane = np.nonzero(written)
+        taken = np.column_stack([block * LANES + lane, wheel, self.events[block, wheel, place, :, lane]])
+        self.marks[:, rows] = 0
+        return taken
+
+
+def event_capacity(chunk: int) -> int:
+    """Separations that one wheel can write in a chunk: each needs a step apart and a step in contact, and two ends."""
+    return chunk // 2 + 2

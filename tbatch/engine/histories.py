@@ -1,0 +1,193 @@
+"""Histories: the channels of `SaveAt`, from the kernel's sample buffer into arrays by run."""
+
+import numpy as np
+
+from tbatch.engine.aligned import aligned_zeros
+from tbatch.engine.batch import Batch
+from tbatch.engine import rows as channel_rows
+from tbatch.engine.model import Model
+from tbatch.engine.rows import LANES
+from tbatch.engine.runs import SaveAt
+from tbatch.numerics.factorization import BlockFactor
+from tbatch.numerics.initial import InitialState
+from tbatch.numerics.reference import hermite_at
+from tbatch.numerics.run_inputs import RunInputs
+
+LAYERS = ("rail", "slab", "base")
+
+
+class Histories:
+    """The saved channels of a simulation, shape (run, n, ...) each, NaN after a run's end.
+
+    Args:
+        model: The model.
+        save: What to keep; None for nothing.
+        steps: Length of each run in steps, shape (run,).
+
+    Raises:
+        ValueError: If `save` does not fit the model: a layer or point the track has not, a time no multiple of the step.
+    """
+
+    def __init__(self, model: Model, save: SaveAt | None, steps: np.ndarray) -> None:
+        self.model, self.save = model, save
+        self.every_steps = 0 if save is None else _every_steps(save.every, model.step)
+        self.time = np.zeros(0)
+        self.channels: dict[str, np.ndarray] = {}
+        self._layers: list[str] = []
+        self.probe_rows, self.probe_shape = np.zeros((0, 2), np.int32), np.zeros((0, 4))
+        self.sample_rows = np.full(channel_rows.CHANNELS, -1, np.int32)
+        self._width = 0
+        self._mass_factor: BlockFactor | None = None
+        if save is None:
+            return
+        self._steps = steps
+        samples = int(steps.max()) // self.every_steps + 1
+        self.time = np.arange(samples) * self.every_steps * model.step
+        self._plan(save)
+        widths = self._widths(save)
+        for name in save.channels:
+            self.channels[name] = np.full((len(steps), samples, widths[name]), np.nan)
+
+    def _plan(self, save: SaveAt) -> None:
+        """Probes of the layers and the place of each channel in a sample."""
+        needed = {"rail" if name == "rail_acceleration" else name for name in save.channels}
+        self._layers = [layer for layer in LAYERS if layer in needed]
+        track = self.model.track
+        for layer in self._layers:
+            if layer not in track.layers:
+                raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
+        if self._layers:
+            track.locate(save.rail_at)
+            element, _, shape = hermite_at(save.rail_at, track.element_length, track.element_count)
+            first = [element * track.node_dofs + track.layers[layer][0] for layer in self._layers]
+            near = np.concatenate(first)
+            self.probe_rows = np.stack([near, near + track.node_dofs], axis=1).astype(np.int32)
+            self.probe_shape = np.tile(shape, (len(self._layers), 1))
+        dofs, wheels = self.model.vehicle.dof_count, self.model.vehicle.wheel_count
+        plans = (
+            (channel_rows.FORCE, "contact_force" in needed, wheels),
+            (channel_rows.VEHICLE, "vehicle" in needed, dofs),
+            (channel_rows.VEHICLE_ACCELERATION, "vehicle_acceleration" in needed, dofs),
+            (channel_rows.LEVEL, "irregularity" in needed, wheels),
+            (channel_rows.RAIL_UNDER_WHEEL, "rail_under_wheel" in needed, wheels),
+            (channel_rows.PROBE, bool(needed.intersection(save.channels).intersection(LAYERS)), len(self.probe_rows)),
+            (channel_rows.PROBE_ACCELERATION, "rail_acceleration" in save.channels, len(self.probe_rows)),
+        )
+        for channel, wanted, width in plans:
+            if wanted:
+                self.sample_rows[channel] = self._width
+                self._width += width
+
+    def _widths(self, save: SaveAt) -> dict[str, int]:
+        dofs, wheels, points = self.model.vehicle.dof_count, self.model.vehicle.wheel_count, len(save.rail_at)
+        return {
+            "contact_force": wheels,
+            "vehicle": dofs,
+            "vehicle_acceleration": dofs,
+            "irregularity": wheels,
+            "rail_under_wheel": wheels,
+            "rail": points,
+            "rail_acceleration": points,
+            "slab": points,
+            "base": points,
+        }
+
+    @property
+    def probe_rows_needed(self) -> int:
+        """Rows of lane memory for the accelerations of the probes."""
+        return 2 * len(self.probe_rows)
+
+    def buffer(self, blocks: int, chunk: int) -> np.ndarray:
+        """Room for the samples of one chunk, shape (block, sample, row, lane)."""
+        slots = chunk // self.every_steps + 1 if self.every_steps else 1
+        return aligned_zeros((blocks, slots, max(self._width, 1), LANES))
+
+    def begin(self, run: int, inputs: RunInputs, state: InitialState) -> None:
+        """The sample at t = 0 of one run."""
+        if not self.channels:
+            return
+        model = self.model
+        track = model.track
+        positions = inputs.positions(0.0)
+        first: dict[str, np.ndarray] = {
+            "contact_force": state.force,
+            "vehicle": state.displacement,
+            "irregularity": inputs.levels(0.0),
+            "rail_under_wheel": np.einsum("ndw,nd->w", model.ground.loads(positions), state.track),
+        }
+        if "vehicle_acceleration" in self.channels:
+            vehicle = inputs.vehicle
+            load = -vehicle.stiffness @ state.displacement - vehicle.damping @ state.velocity
+            load[list(vehicle.wheel_dofs)] += inputs.rest.load - state.force
+            first["vehicle_acceleration"] = np.linalg.solve(vehicle.mass, load)
+        for number, layer in enumerate(self._layers):
+            first[layer] = self._probes(number, state.track)
+        if "rail_acceleration" in self.channels:
+            if self._mass_factor is None:
+                self._mass_factor = BlockFactor.of(track.mass.diagonal, track.mass.lower, track.pinned)
+            load = np.einsum("ndw,w->nd", model.ground.loads(positions), state.force)
+            load -= track.stiffness.dot(state.track) + track.damping.dot(state.track_velocity)
+            first["rail_acceleration"] = self._probes(self._layers.index("rail"), self._mass_factor.solve(load))
+        for name, history in self.channels.items():
+            history[run, 0] = first[name]
+
+    def _probes(self, layer: int, vector: np.ndarray) -> np.ndarray:
+        """Values of one layer's probes from a track vector of shape (node, dof)."""
+        count = history_points(self.save)
+        points = slice(layer * count, (layer + 1) * count)
+        rows, shape, flat = self.probe_rows[points], self.probe_shape[points], vector.ravel()
+        near, far = rows[:, 0], rows[:, 1]
+        return (shape[:, 0] * flat[near] + shape[:, 1] * flat[near + 1]) + (
+            shape[:, 2] * flat[far] + shape[:, 3] * flat[far + 1]
+        )
+
+    def take(self, members: list[int], samples: np.ndarray, first: int, count: int, batch: Batch) -> None:
+        """Copy the samples of steps first + 1 ... first + count, up to each run's end."""
+        if not self.channels or not self.every_steps:
+            return
+        every = self.every_steps
+        begin, end = first // every + 1, (first + count) // every + 1
+        completed = batch.steps
+        alive = batch.lanes(batch.memory[:, batch.at.active : batch.at.active + 1])[:, 0] > 0.5
+        for place, run in enumerate(members):
+            stop = end if alive[place] else min(end, int(completed[place]) // every + 1)
+            if stop <= begin:
+                continue
+            taken = samples[place // LANES, : stop - begin, :, place % LANES]
+            for name, history in self.channels.items():
+                row, width = self._rows_of(name), history.shape[2]
+                history[run, begin:stop] = taken[:, row : row + width]
+
+    def _rows_of(self, name: str) -> int:
+        """First row of a channel in a sample."""
+        if name == "rail_acceleration":
+            points = history_points(self.save)
+            return int(self.sample_rows[channel_rows.PROBE_ACCELERATION]) + self._layers.index("rail") * points
+        if name in LAYERS:
+            return int(self.sample_rows[channel_rows.PROBE]) + self._layers.index(name) * history_points(self.save)
+        channel = {
+            "contact_force": channel_rows.FORCE,
+            "vehicle": channel_rows.VEHICLE,
+            "vehicle_acceleration": channel_rows.VEHICLE_ACCELERATION,
+            "irregularity": channel_rows.LEVEL,
+            "rail_under_wheel": channel_rows.RAIL_UNDER_WHEEL,
+        }[name]
+        return int(self.sample_rows[channel])
+
+
+def history_points(save: SaveAt | None) -> int:
+    """Number of points at which layers are saved."""
+    return 0 if save is None else len(save.rail_at)
+
+
+def _every_steps(every: float, step: float) -> int:
+    """Samples apart in steps.
+
+    Raises:
+        ValueError: If `every` is not a whole multiple of the step.
+    """
+    ratio = every / step
+    steps = round(ratio)
+    if steps < 1 or abs(ratio - steps) > 1e-6 * max(ratio, 1.0):
+        raise ValueError(f"save.every = {every:g} s: a whole multiple of the step {step:g} s is required")
+    return steps

@@ -1,0 +1,121 @@
+"""Model: a vehicle type, a track, a contact and a step, factorised once and shared by all runs."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tbatch.numerics.factorization import FactorisedTrack, factorise
+from tbatch.numerics.initial import StaticTrack
+from tbatch.numerics.run_inputs import VehicleTables
+from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
+from tbatch.physics.contact import Contact
+from tbatch.physics.rails import common_rails
+from tbatch.physics.static import RigidRest, rest_on_rigid_rail
+from tbatch.physics.track import Track
+from tbatch.physics.vehicle import Vehicle
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What does not change from run to run. Made by `Model.build`."""
+
+    vehicle: Vehicle
+    track: Track
+    contact: Contact
+    scheme: TwoStep
+    rails: int
+    """1 for a half model, 2 for a whole one."""
+    rest: RigidRest
+    """The vehicle at rest on a rigid rail."""
+    factor: FactorisedTrack = field(repr=False)
+    tables: VehicleTables = field(repr=False)
+    ground: StaticTrack = field(repr=False)
+
+    @classmethod
+    def build(
+        cls,
+        vehicle: Vehicle,
+        track: Track,
+        contact: Contact,
+        *,
+        step: float,
+        splitting: float = EQUAL_SPLITTING,
+        local_compliance: bool = True,
+    ) -> "Model":
+        """Check that the parts belong together, and factorise.
+
+        Args:
+            vehicle: The vehicle; runs may vary its numbers, not its dofs.
+            track: The track.
+            contact: The contact law; runs may vary it.
+            step: Δt [s].
+            splitting: γ [-] of the two-step scheme; 2 - √2 shares one factorisation between the substeps.
+            local_compliance: Put the deflection that one cubic element lacks, a³b³/(3EIℓ³), in series with the contact.
+                Without a known rail EI it is left out.
+
+        Raises:
+            ValueError: If half and whole models are mixed, or a value is out of range.
+        """
+        scheme = TwoStep(float(step), float(splitting))
+        rails = common_rails(vehicle, track)
+        rail_EI = track.rail_EI if local_compliance and track.node_dofs else None
+        return cls(
+            vehicle=vehicle,
+            track=track,
+            contact=contact,
+            scheme=scheme,
+            rails=rails,
+            rest=rest_on_rigid_rail(vehicle, contact, rails),
+            factor=factorise(track, scheme),
+            tables=VehicleTables.of(vehicle, scheme),
+            ground=StaticTrack(track, rail_EI),
+        )
+
+    @property
+    def step(self) -> float:
+        """Δt [s]."""
+        return self.scheme.step
+
+    @property
+    def splitting(self) -> float:
+        """γ [-]."""
+        return self.scheme.splitting
+
+    @property
+    def static_vehicle(self) -> np.ndarray:
+        """Static equilibrium on a rigid rail with r = 0, from the unloaded position [m, rad], shape (dof,)."""
+        return self.rest.displacement
+
+    @property
+    def static_load(self) -> np.ndarray:
+        """P₀ of each wheel [N], shape (wheel,)."""
+        return self.rest.load
+
+    @property
+    def compliance(self) -> float:
+        """1/(6EIℓ³) of the local rail compliance [1/(N m⁵)]; 0 where it is left out."""
+        EI = self.ground.rail_EI
+        return 0.0 if EI is None else 1.0 / (6.0 * EI * self.track.element_length**3)
+
+    def with_step(self, step: float) -> "Model":
+        """The same model with another step."""
+        scheme = replace(self.scheme, step=step)
+        return replace(
+            self, scheme=scheme, factor=factorise(self.track, scheme), tables=VehicleTables.of(self.vehicle, scheme)
+        )
+
+    def describe(self) -> str:
+        """Half or whole, dofs, masses, frequencies, static loads, contact and step, a line each."""
+        rows = [("model", "half (one rail)" if self.rails == 1 else "whole (two rails)")]
+        rows += self.vehicle.describe_rows()
+        rows += [("static load", ", ".join(f"{load / 1e3:.3f}" for load in self.static_load) + " kN")]
+        rows += self.track.describe_rows()
+        rows += self.contact.describe_rows(self.rest.constants, self.rails, self.vehicle.wheel_radius)
+        local = "in series with the contact" if self.compliance else "off"
+        rows += [
+            ("local rail compliance", local),
+            ("step", f"{self.step * 1e3:g} ms, split at {self.splitting:.6g}"),
+            ("effective matrices", "one for both substeps" if self.scheme.shared else "two"),
+        ]
+        width = max(len(label) for label, _ in rows)
+        return "\n".join(f"{label:<{width}}  {text}" for label, text in rows)

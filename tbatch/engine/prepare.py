@@ -1,0 +1,174 @@
+"""Turns the table of runs into each run's constants and its initial state."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tbatch.engine.model import Model
+from tbatch.engine.runs import Runs, State
+from tbatch.numerics.initial import InitialState, given_state, rest_state, static_state
+from tbatch.numerics.run_inputs import RunInputs, VehicleTables
+from tbatch.physics.contact import Contact
+from tbatch.physics.irregularity import Irregularity
+from tbatch.physics.profile import Profile
+from tbatch.physics.rails import common_rails
+from tbatch.physics.static import RigidRest, rest_on_rigid_rail
+from tbatch.physics.vehicle import Vehicle
+
+_SMOOTH = Profile.zero()
+
+
+def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
+    """Length of each run in steps, the duration rounded up to a whole step.
+
+    Args:
+        model: The model.
+        runs: The runs.
+        duration: [s], scalar or shape (run,).
+
+    Raises:
+        ValueError: If a duration is not positive, or a wheel would leave the track; names the run.
+    """
+    durations = np.asarray(duration, float)
+    if durations.shape not in ((), (len(runs),)):
+        raise ValueError(f"duration: shape {durations.shape} given; a scalar or one entry for each of {len(runs)} runs")
+    durations = np.broadcast_to(durations, (len(runs),))
+    if not (np.isfinite(durations) & (durations > 0.0)).all():
+        raise ValueError("duration: positive, finite times in s are required")
+    # A duration that is a whole number of steps to round-off stays that number.
+    steps = np.ceil(durations / model.step * (1.0 - 1e-12) - 1e-9).astype(np.int64)
+    steps = np.maximum(steps, 1)
+    if steps.max() > 2**31 - 2:
+        raise ValueError(f"duration: {steps.max()} steps; at most {2**31 - 2} are possible")
+    for run in range(len(runs)):
+        vehicle = model.vehicle if runs.vehicle is None else runs.vehicle[run]
+        first = runs.start[run] - vehicle.wheel_offsets.max()
+        last = runs.start[run] + runs.speed[run] * float(steps[run]) * model.step
+        if first < 0.0 or last > model.track.length * (1.0 + 1e-12):
+            raise ValueError(
+                f"run {run}: its wheels would be on x = {first:.3f} ... {last:.3f} m, the track is on "
+                f"0 ... {model.track.length:.3f} m; choose start, speed and duration accordingly"
+            )
+    return steps
+
+
+class Preparation:
+    """Builds run inputs and initial states; what runs share is computed once."""
+
+    def __init__(self, model: Model, runs: Runs, steps: np.ndarray, initial: str | State) -> None:
+        if isinstance(initial, str) and initial not in ("static", "rest"):
+            raise ValueError(f"initial = {initial!r}: accepted are 'static', 'rest' or a State")
+        self.model, self.runs, self.steps, self.initial = model, runs, steps, initial
+        self._tables: dict[int, VehicleTables] = {id(model.vehicle): model.tables}
+        self._rests: dict[tuple[int, int], RigidRest] = {(id(model.vehicle), id(model.contact)): model.rest}
+        self._static: dict[tuple[Any, ...], InitialState] = {}
+        self._wheel_profiles: dict[tuple[int, float], Profile] = {}
+
+    def inputs(self, run: int) -> RunInputs:
+        """Constants of one run.
+
+        Raises:
+            ValueError: If its vehicle, contact or irregularity does not fit the model; names the run.
+        """
+        model, runs = self.model, self.runs
+        vehicle = model.vehicle if runs.vehicle is None else runs.vehicle[run]
+        contact = model.contact if runs.contact is None else runs.contact[run]
+        if vehicle.dof_count != model.vehicle.dof_count or vehicle.wheel_dofs != model.vehicle.wheel_dofs:
+            raise ValueError(f"run {run}: its vehicle must have the dofs and wheel dofs of the model's vehicle")
+        try:
+            rest = self._rest(vehicle, contact)
+            low = runs.start[run] - vehicle.wheel_offsets.max()
+            high = runs.start[run] + runs.speed[run] * float(self.steps[run]) * model.step
+            rough = runs.irregularity[run]
+            profile = _SMOOTH if rough is None else Irregularity.of(rough).profile(float(low), float(high))
+            own, circumference = self._own_profiles(run, vehicle, contact)
+        except ValueError as error:
+            raise ValueError(f"run {run}: {error}") from error
+        return RunInputs(
+            vehicle=vehicle,
+            tables=self._vehicle_tables(vehicle),
+            rest=rest,
+            speed=float(runs.speed[run]),
+            start=float(runs.start[run]),
+            evaluate_from=float(runs.start[run] + runs.evaluate_from[run]),
+            steps=int(self.steps[run]),
+            profile=profile,
+            wheel_profiles=own,
+            circumference=circumference,
+        )
+
+    def start(self, run: int, inputs: RunInputs) -> InitialState:
+        """Initial state of one run."""
+        ground = self.model.ground
+        if isinstance(self.initial, State):
+            return given_state(inputs, ground, *self._given(run, self.initial))
+        if self.initial == "rest":
+            return rest_state(inputs, ground)
+        key = (
+            id(inputs.vehicle), id(inputs.rest), tuple(inputs.positions(0.0).tolist()),
+            tuple(inputs.levels(0.0).tolist()),
+        )  # fmt: skip
+        if key not in self._static:
+            self._static[key] = static_state(inputs, ground)
+        return self._static[key]
+
+    def _vehicle_tables(self, vehicle: Vehicle) -> VehicleTables:
+        if id(vehicle) not in self._tables:
+            self._tables[id(vehicle)] = VehicleTables.of(vehicle, self.model.scheme)
+        return self._tables[id(vehicle)]
+
+    def _rest(self, vehicle: Vehicle, contact: Contact) -> RigidRest:
+        key = (id(vehicle), id(contact))
+        if key not in self._rests:
+            rails = common_rails(vehicle, self.model.track)
+            if rails != self.model.rails:
+                raise ValueError(f"its vehicle is for {rails} rail(s), the model for {self.model.rails}")
+            self._rests[key] = rest_on_rigid_rail(vehicle, contact, rails)
+        return self._rests[key]
+
+    def _own_profiles(
+        self, run: int, vehicle: Vehicle, contact: Contact
+    ) -> tuple[tuple[Profile | None, ...], float]:
+        """Profiles of a run's wheels over one turn, and the length of a turn [m]."""
+        round_wheels: tuple[Profile | None, ...] = (None,) * vehicle.wheel_count
+        entry = None if self.runs.wheel_profile is None else self.runs.wheel_profile[run]
+        if entry is None:
+            return round_wheels, 1.0
+        own: Sequence[Any] = (entry,) * vehicle.wheel_count if callable(entry) else tuple(entry)
+        if len(own) != vehicle.wheel_count:
+            raise ValueError(f"wheel_profile: {len(own)} entries given for {vehicle.wheel_count} wheels")
+        radius = contact.wheel_radius or vehicle.wheel_radius
+        if radius is None:
+            raise ValueError("wheel_profile: needs contact.wheel_radius [m], the period is 2 pi R")
+        turn = 2.0 * np.pi * radius
+        return tuple(None if rho is None else self._turn(rho, turn) for rho in own), turn
+
+    def _turn(self, rho: Any, turn: float) -> Profile:
+        key = (id(rho), turn)
+        if key not in self._wheel_profiles:
+            self._wheel_profiles[key] = Irregularity.of(rho).profile(0.0, turn)
+        return self._wheel_profiles[key]
+
+    def _given(self, run: int, state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The arrays of a given state for one run."""
+        dofs = self.model.vehicle.dof_count
+        track = self.model.track
+        nodes = (track.node_count, track.node_dofs)
+        return (
+            self._part("vehicle", state.vehicle, (dofs,), run),
+            self._part("vehicle_velocity", state.vehicle_velocity, (dofs,), run),
+            self._part("track", state.track, nodes, run),
+            self._part("track_velocity", state.track_velocity, nodes, run),
+        )
+
+    def _part(self, name: str, values: ArrayLike | None, shape: tuple[int, ...], run: int) -> np.ndarray:
+        if values is None:
+            return np.zeros(shape)
+        array = np.asarray(values, float)
+        if array.shape == shape:
+            return array.copy()
+        if array.shape == (len(self.runs), *shape):
+            return array[run].copy()
+        raise ValueError(f"initial.{name}: shape {array.shape} given, {shape} or {(len(self.runs), *shape)} required")

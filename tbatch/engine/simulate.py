@@ -1,0 +1,268 @@
+"""Simulate: many runs of one model, in batches sized to memory, each advanced chunk by chunk."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tbatch.engine.batch import Batch
+from tbatch.engine.histories import Histories
+from tbatch.engine.model import Model
+from tbatch.engine.prepare import Preparation, step_counts
+from tbatch.engine.result import Result, separation_table, summary_table
+from tbatch.engine.rows import EVENT_COLUMNS, LANES, MARKS, PER_WHEEL, MarkRows, MemoryRows
+from tbatch.engine.runs import Runs, SaveAt, State
+
+LANDING_WINDOW = 5e-3
+"""Time after the end of a separation in which its landing force is sought [s]."""
+CHUNK_SECONDS = 0.08
+"""Aim for the length of one launch: the unit of progress and cancellation."""
+RUN_STEPS_A_CHUNK = 100_000
+"""Upper bound of a launch's work, which bounds the event log and the sample buffer."""
+MEMORY_SHARE = 0.25
+"""Share of the available memory that a batch may take if no limit is given."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a simulation is; given to the caller after each chunk."""
+
+    run_steps_done: int
+    run_steps_total: int
+    separations: int
+
+
+def simulate(
+    model: Model,
+    runs: Runs,
+    duration: ArrayLike,
+    *,
+    initial: str | State = "static",
+    threads: int | None = None,
+    save: SaveAt | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    memory: float | None = None,
+    chunk: int | None = None,
+) -> Result:
+    """Step all runs. A run's result depends on its inputs alone, not on what it is batched with.
+
+    Args:
+        model: What the runs share.
+        runs: The runs.
+        duration: [s], scalar or one entry a run; rounded up to a whole step.
+        initial: "static" equilibrium, "rest" (undeformed track, static contact force) or a `State`.
+        threads: Worker threads; None for all processors available.
+        save: Histories to keep; None for summary and separations only.
+        progress: Called after each chunk; an exception it raises stops the simulation.
+        memory: Most bytes a batch may take; None for a quarter of what is available.
+        chunk: Steps a launch; None to aim at 0.08 s.
+
+    Raises:
+        ValueError: If an input is out of range; names what, where and what is accepted.
+    """
+    steps = step_counts(model, runs, duration)
+    preparation = Preparation(model, runs, steps, initial)
+    histories = Histories(model, save, steps)
+    longest = int(steps.max())
+    collected = _Collected(model, len(runs), int(steps.sum()), progress)
+    # Runs of like length share a batch and a block, so that few lanes idle.
+    waiting = np.argsort(-steps, kind="stable").tolist()
+    limit = _memory_limit() if memory is None else memory
+    while waiting:
+        inputs, used = [], 0.0
+        while len(inputs) < len(waiting):
+            one = preparation.inputs(waiting[len(inputs)])
+            used += bytes_per_run(model, one.profile.coefficient.nbytes)
+            if inputs and used > limit and len(inputs) % LANES == 0:
+                break
+            inputs.append(one)
+        members, waiting = waiting[: len(inputs)], waiting[len(inputs) :]
+        most = max(1, min(longest, RUN_STEPS_A_CHUNK // len(inputs) if chunk is None else chunk))
+        states = [preparation.start(run, one) for run, one in zip(members, inputs, strict=True)]
+        for run, one, state in zip(members, inputs, states, strict=True):
+            histories.begin(run, one, state)
+        batch = Batch(
+            model, inputs, states, collected.statistics, spare_rows=histories.probe_rows_needed, chunk=most
+        )
+        _advance(model, batch, members, most, chunk is None, threads, histories, collected)
+        collected.finish(batch, members)
+    return collected.result(runs, histories)
+
+
+def bytes_per_run(model: Model, profile_bytes: float = 0.0) -> float:
+    """Memory that one run takes in a batch [bytes], its irregularity included.
+
+    Args:
+        model: The model.
+        profile_bytes: Size of the run's irregularity; 0 for a shared one.
+    """
+    from tbatch.engine.statistics import Statistics
+
+    statistics = Statistics()
+    wheels = model.vehicle.wheel_count
+    at = MemoryRows.of(model.vehicle.dof_count, wheels, len(model.tables.inverse))
+    reals = at.outputs + wheels * statistics.rows + 3 * model.track.node_count * model.track.node_dofs
+    return 8.0 * reals + 4.0 * MarkRows.total(wheels, statistics.counters) + profile_bytes
+
+
+def _memory_limit() -> float:
+    import psutil
+
+    return MEMORY_SHARE * psutil.virtual_memory().available
+
+
+def _advance(
+    model: Model,
+    batch: Batch,
+    members: list[int],
+    most: int,
+    adapt: bool,
+    threads: int | None,
+    histories: Histories,
+    collected: "_Collected",
+) -> None:
+    """Launch chunks until every run of the batch has ended."""
+    launch = _Launch(model, batch, histories, collected.statistics, most, threads)
+    n, count = 0, min(most, 8) if adapt else most
+    while batch.active:
+        began = time.perf_counter()
+        launch(n, count)
+        seconds = time.perf_counter() - began
+        collected.chunk(batch, members, n, count, seconds)
+        histories.take(members, launch.samples, n, count, batch)
+        n += count
+        if adapt:
+            count = int(np.clip(count * CHUNK_SECONDS / max(seconds, 1e-6), 1, min(4 * count, most)))
+
+
+class _Launch:
+    """The kernel with everything of one batch bound to it."""
+
+    def __init__(
+        self, model: Model, batch: Batch, histories: Histories, statistics: Any, most: int, threads: int | None
+    ) -> None:
+        from tbatch.engine import runtime
+
+        runtime.start(threads)
+        from tbatch.engine.kernels.advance import advance
+
+        self._kernel = advance
+        self.samples = histories.buffer(len(batch.memory), most)
+        self._every = histories.every_steps
+        scheme, factor, track = model.scheme, model.factor, model.track
+        coefficients = [scheme.c1, scheme.c2, scheme.c3, 2.0 / scheme.first, 4.0 / scheme.first, scheme.splitting]
+        self._before = (factor.pattern, batch.at, statistics.accumulators)
+        self._after = (
+            scheme.step,
+            np.array(coefficients),
+            track.element_count,
+            track.element_length,
+            model.compliance,
+            *kernel_tables(model),
+            np.array(model.vehicle.wheel_dofs, np.int32),
+            histories.probe_rows,
+            histories.probe_shape,
+            batch.segment_real,
+            batch.segment_whole,
+            batch.coefficients,
+            batch.displacement,
+            batch.velocity,
+            batch.load,
+            batch.memory,
+            batch.marks,
+            statistics.places,
+            statistics.rows,
+            statistics.counters,
+            # To round-off a whole number of steps stays inside the window.
+            int(np.floor(LANDING_WINDOW / scheme.step * (1.0 + 1e-12))),
+            batch.events,
+            self._every,
+        )
+        self._last = (batch.spare, histories.sample_rows, self.samples)
+
+    def __call__(self, first: int, count: int) -> None:
+        """Advance `count` steps from step `first`."""
+        first_sample = first // self._every + 1 if self._every else 0
+        self._kernel(*self._before, first, count, *self._after, first_sample, *self._last)
+
+
+def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:
+    """The factorised track's tables for the kernel; a rigid track's are never read, but cannot be empty."""
+    from tbatch.engine.aligned import aligned, aligned_zeros
+
+    factor = model.factor
+    if not factor.node_dofs:
+        none = np.zeros(1, np.int32)
+        return factor.rows, none, aligned_zeros((1, 1, 1, 4)), none, none
+    return factor.rows, factor.node_class, aligned(factor.columns), factor.element_class, factor.window_start
+
+
+class _Collected:
+    """What the batches of one simulation leave behind."""
+
+    def __init__(
+        self, model: Model, count: int, run_steps: int, progress: Callable[[Progress], None] | None
+    ) -> None:
+        from tbatch.engine.statistics import Statistics
+
+        self.model, self.statistics = model, Statistics()
+        self._progress, self._total = progress, run_steps
+        self._done = self._done_before = self._separations = 0
+        self._events = [np.empty((0, 2 + EVENT_COLUMNS))]
+        wheels = model.vehicle.wheel_count
+        self._status = np.zeros(count, np.int32)
+        self._steps = np.zeros(count, np.int64)
+        self._load = np.zeros((count, wheels))
+        self._rows = np.zeros((count, wheels, self.statistics.rows))
+        self._counts = np.zeros((count, wheels, self.statistics.counters), np.int32)
+        self._seconds, self._timed = 0.0, 0
+
+    def chunk(self, batch: Batch, members: list[int], first: int, count: int, seconds: float) -> None:
+        """After a launch: empty the event log, tell the progress."""
+        events = batch.take_events()
+        events[:, 0] = np.asarray(members, float)[events[:, 0].astype(int)]
+        self._events.append(events)
+        self._separations += len(events)
+        ended = batch.lanes(batch.memory[:, batch.at.end : batch.at.end + 1])[:, 0]
+        alive = batch.lanes(batch.memory[:, batch.at.active : batch.at.active + 1])[:, 0] > 0.5
+        done = int(np.where(alive, first + count, np.minimum(batch.steps, ended)).sum())
+        if first:
+            # The first launch may hold a compilation.
+            self._seconds += seconds
+            self._timed += self._done_before + done - self._done
+        self._done = self._done_before + done
+        if self._progress is not None:
+            self._progress(Progress(self._done, self._total, self._separations))
+
+    def finish(self, batch: Batch, members: list[int]) -> None:
+        """After a batch's last launch: keep its statistics."""
+        at, statistics = batch.at, self.statistics
+        wheels = at.wheels
+        self._done_before = self._done
+        self._status[members], self._steps[members] = batch.status, batch.steps
+        self._load[members] = batch.lanes(batch.memory[:, at.load : at.load + wheels])
+        rows = batch.lanes(batch.memory[:, at.outputs : at.outputs + wheels * statistics.rows])
+        self._rows[members] = rows.reshape(len(members), wheels, statistics.rows)
+        first = MARKS.wheels + PER_WHEEL * wheels
+        counts = batch.lanes(batch.marks[:, first : first + wheels * statistics.counters])
+        self._counts[members] = counts.reshape(len(members), wheels, statistics.counters)
+
+    def result(self, runs: Runs, histories: Histories) -> Result:
+        """Everything, in the order of the runs."""
+        step, wheels = self.model.step, self.model.vehicle.wheel_count
+        load = self._load.ravel()
+        rows = self._rows.reshape(len(load), -1).T
+        columns = self.statistics.columns(step, load, rows, self._counts.reshape(len(load), -1).T)
+        events = np.concatenate(self._events)
+        return Result(
+            time=histories.time,
+            status=self._status,
+            steps=self._steps,
+            separations=separation_table(events, step),
+            summary=summary_table(events, wheels, columns, load, runs.speed, step),
+            run_steps_per_second=self._timed / self._seconds if self._seconds else float("nan"),
+            channels=histories.channels,
+        )

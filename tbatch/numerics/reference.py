@@ -1,0 +1,318 @@
+"""One run in NumPy: the two-step scheme with contact, readable against the equations.
+
+This is the oracle of the batch kernels: same tables, same operations in the same order, hence the same bits. It keeps
+every step. For the algebra of the substeps see `tbatch.numerics.two_step`, for the contact `contact_solve`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tbatch.numerics.contact_solve import solve_contact
+from tbatch.numerics.factorization import FactorisedTrack
+from tbatch.numerics.initial import InitialState
+from tbatch.numerics.pattern import Rows, Stencil
+from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.two_step import TwoStep
+
+
+@dataclass(eq=False)
+class ReferenceHistory:
+    """What a reference run did, at t_0, t_1, ..., t_n."""
+
+    time: np.ndarray
+    """[s], shape (n + 1,)."""
+    force: np.ndarray
+    """Contact force [N], shape (n + 1, wheel)."""
+    overlap: np.ndarray
+    """δ [m], shape (n + 1, wheel)."""
+    displacement: np.ndarray
+    """Vehicle q [m, rad], shape (n + 1, dof)."""
+    acceleration: np.ndarray
+    """Vehicle q̈ [m/s², rad/s²], shape (n + 1, dof); NaN at t_0."""
+    diverged: bool
+    """True if a step could not be solved; the history then ends before it."""
+
+
+class ReferenceRun:
+    """One run, stepped in NumPy.
+
+    Args:
+        track: The factorised track.
+        scheme: The two-step scheme.
+        inputs: The run.
+        initial: Its initial state.
+        element_length: Length of a rail element [m].
+        element_count: Number of rail elements.
+        compliance: 1/(6EIℓ³) of the local rail compliance [1/(N m⁵)], 0 to leave it out.
+    """
+
+    def __init__(
+        self,
+        track: FactorisedTrack,
+        scheme: TwoStep,
+        inputs: RunInputs,
+        initial: InitialState,
+        *,
+        element_length: float,
+        element_count: int,
+        compliance: float,
+    ) -> None:
+        self.track, self.scheme, self.inputs = track, scheme, inputs
+        self.element_length, self.element_count, self.compliance = element_length, element_count, compliance
+        self.wheel_dofs = list(inputs.vehicle.wheel_dofs)
+        self.q, self.q_velocity = initial.displacement.copy(), initial.velocity.copy()
+        self.u, self.u_velocity = initial.track.copy(), initial.track_velocity.copy()
+        self.force, self.overlap = initial.force.copy(), initial.overlap.copy()
+        self.q_acceleration = np.full_like(self.q, np.nan)
+        self.two_h, self.four_h = 2.0 / scheme.first, 4.0 / scheme.first
+        self.load = first_load(track, self.u, self.u_velocity, self.four_h)
+        self._place_wheels(0.0)
+
+    def run(self) -> ReferenceHistory:
+        """Step the run to its end."""
+        kept = [self._snapshot()]
+        good = True
+        for n in range(self.inputs.steps):
+            good = self.advance(n)
+            if not good:
+                break
+            kept.append(self._snapshot())
+        force, overlap, q, acceleration = (np.array(part) for part in zip(*kept, strict=True))
+        time = np.arange(len(kept)) * self.scheme.step
+        return ReferenceHistory(time, force, overlap, q, acceleration, not good)
+
+    def advance(self, n: int) -> bool:
+        """One step from t_n to t_n+1; False if a contact solve failed."""
+        scheme, tables, rest = self.scheme, self.inputs.tables, self.inputs.rest
+        step, last = scheme.step, len(tables.inverse) - 1
+        c1, c2, c3 = scheme.c1, scheme.c2, scheme.c3
+
+        # Substep 1, to t_n + γΔt: K̂₁ (u₁ - u₀) = f₀ + f₁ - 2 K u₀ + (4/h) M v₀.
+        q_load = _dense(tables.stiffness, self.q) + _dense(tables.mass, self.four_h * self.q_velocity)
+        q_load[self.wheel_dofs] += 2.0 * rest.load - self.force
+        self._push_rail()
+        self._place_wheels((n + scheme.splitting) * step)
+        wheels = self.q[self.wheel_dofs] + _dense(tables.inverse[0], q_load)[self.wheel_dofs]
+        rail = [self._gather(0, j) + self._rail_value(self.u, j) for j in range(len(self.force))]
+        good = self._solve_contact(0, wheels, rail)
+        q_load[self.wheel_dofs] -= self.force
+        self._push_rail()
+        d = self._sweep(0)
+        u1, v1 = self.u + d, self.two_h * d - self.u_velocity
+        w = c1 * self.u + c2 * u1
+        p = 0.0 - ((c1 * self.u_velocity + c2 * v1) + c3 * w)
+        self.load = self._products(self.track.pattern.mass, p, self.track.pattern.damping, w, 0)
+        qd = _dense(tables.inverse[0], q_load)
+        qw = c1 * self.q + c2 * (self.q + qd)
+        qp = 0.0 - ((c1 * self.q_velocity + c2 * (self.two_h * qd - self.q_velocity)) + c3 * qw)
+
+        # Substep 2, to t_n+1: K̂₂ u₂ = f₂ - C w - M (c₁v₀ + c₂v₁ + c₃w) with w = c₁u₀ + c₂u₁.
+        q_load = _dense(tables.mass, qp) + _dense(tables.damping, qw)
+        q_load[self.wheel_dofs] += rest.load
+        self._place_wheels((n + 1.0) * step)
+        wheels = _dense(tables.inverse[last], q_load)[self.wheel_dofs]
+        rail = [self._gather(last, j) for j in range(len(self.force))]
+        good = self._solve_contact(last, wheels, rail) and good
+        q_load[self.wheel_dofs] -= self.force
+        self._push_rail()
+        self.u = self._sweep(last)
+        self.u_velocity = w + c3 * self.u
+        self.load = self._products(
+            self.track.pattern.mass, self.four_h * self.u_velocity, self.track.pattern.stiffness, self.u, last
+        )
+        self.q = _dense(tables.inverse[last], q_load)
+        self.q_velocity = qw + c3 * self.q
+        self.q_acceleration = (c3 * c3) * self.q - qp
+        return good
+
+    def _snapshot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        return self.force.copy(), self.overlap.copy(), self.q.copy(), self.q_acceleration.copy()
+
+    def _place_wheels(self, time: float) -> None:
+        """Element, local coordinate, Hermite values and level of every wheel."""
+        x = self.inputs.positions(time)
+        self.element, self.local, self.shape = hermite_at(x, self.element_length, self.element_count)
+        self.level = self.inputs.levels(time)
+
+    def _rail_value(self, vector: np.ndarray, j: int) -> float:
+        """N times the rail dofs under wheel j."""
+        if not self.track.node_dofs:
+            return 0.0
+        n, (left, right) = self.shape[j], vector[self.element[j] : self.element[j] + 2, :2]
+        return (n[0] * left[0] + n[1] * left[1]) + (n[2] * right[0] + n[3] * right[1])
+
+    def _push_rail(self) -> None:
+        """Add Nᵀ F to the track's load."""
+        if not self.track.node_dofs:
+            return
+        for j, force in enumerate(self.force):
+            self.load[self.element[j], :2] += self.shape[j, :2] * force
+            self.load[self.element[j] + 1, :2] += self.shape[j, 2:] * force
+
+    def _gather(self, rate: int, j: int) -> float:
+        """N K̂⁻¹ load under wheel j: where the rail would be without the new contact forces."""
+        track = self.track
+        if not track.node_dofs:
+            return 0.0
+        columns = track.columns[rate, track.element_class[self.element[j]]]
+        first = track.window_start[self.element[j]]
+        chains = track.node_dofs // 2
+        parts = columns * self.load.ravel()[first : first + track.window_rows, None]
+        chained = np.add.accumulate(parts.reshape(-1, chains, 4), axis=0)[-1]
+        y = chained[0]
+        for chain in range(1, chains):
+            y = y + chained[chain]
+        n = self.shape[j]
+        return (n[0] * y[0] + n[1] * y[1]) + (n[2] * y[2] + n[3] * y[3])
+
+    def _flexibility(self, rate: int, i: int, j: int) -> float:
+        """N_i K̂⁻¹ N_jᵀ and the local rail compliance, for j <= i."""
+        track, dofs, length = self.track, self.track.node_dofs, self.element_length
+        total = 0.0
+        if self.element[i] == self.element[j]:
+            x = length * min(self.local[i], self.local[j])
+            a = length * max(self.local[i], self.local[j])
+            c = length - a
+            total = self.compliance * (c * c * x * x * (3.0 * a * length - x * (3.0 * a + c)))
+        if not dofs:
+            return total
+        near = 0.0
+        other = self.element[j] * dofs - track.window_start[self.element[i]]
+        if other >= 0 and other + dofs + 1 < track.window_rows:
+            columns = track.columns[rate, track.element_class[self.element[i]]]
+            n = self.shape[i]
+            for part in range(4):
+                g = columns[other + (part // 2) * dofs + part % 2]
+                near = near + self.shape[j, part] * ((n[0] * g[0] + n[1] * g[1]) + (n[2] * g[2] + n[3] * g[3]))
+        return total + near
+
+    def _solve_contact(self, rate: int, wheels: np.ndarray, rail: list[float]) -> bool:
+        """Contact forces at the end of a substep from where wheels and rail would be without them."""
+        count = len(self.force)
+        flexibility = np.empty((count, count))
+        inverse = self.inputs.tables.inverse[rate]
+        for i in range(count):
+            for j in range(i + 1):
+                pair = self._flexibility(rate, i, j) + inverse[self.wheel_dofs[i], self.wheel_dofs[j]]
+                flexibility[i, j] = flexibility[j, i] = pair
+        constants = self.inputs.rest.constants
+        free = ((constants.approach + wheels) - np.array(rail)) - self.level
+        self.force, self.overlap, solved = solve_contact(free, flexibility, constants, self.force)
+        return solved
+
+    def _sweep(self, rate: int) -> np.ndarray:
+        """K̂⁻¹ load, by the forward and backward sweep."""
+        track, pattern = self.track, self.track.pattern
+        if not track.node_dofs:
+            return self.load
+        solution = np.empty_like(self.load)
+        t = [0.0] * pattern.dofs
+        table = track.rows[rate].tolist()
+        for node, kind in enumerate(track.node_class):
+            values = table[kind]
+            carried = [
+                value + _row_product(values, row, t)
+                for value, row in zip(self.load[node].tolist(), pattern.lower, strict=True)
+            ]
+            t = [_row_product(values, row, carried) for row in pattern.pivot]
+            solution[node] = t
+        x = [0.0] * pattern.dofs
+        for node in reversed(range(len(solution))):
+            values = table[track.node_class[node]]
+            x = [
+                value + _row_product(values, row, x)
+                for value, row in zip(solution[node].tolist(), pattern.back, strict=True)
+            ]
+            solution[node] = x
+        return solution
+
+    def _products(self, first: Stencil, a: np.ndarray, second: Stencil, b: np.ndarray, rate: int) -> np.ndarray:
+        """The sum of two matrices times two vectors, block row by block row."""
+        return products(self.track, rate, first, a, second, b)
+
+
+def hermite_at(
+    x: np.ndarray, element_length: float, element_count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Element, local coordinate and Hermite values at x, in the kernels' order of operations.
+
+    Args:
+        x: Positions [m], shape (point,).
+        element_length: [m].
+        element_count: Number of elements.
+
+    Returns:
+        Element, shape (point,); local coordinate [-], shape (point,); Hermite values, shape (point, 4).
+    """
+    scaled = x / element_length
+    element = np.clip(np.floor(scaled).astype(int), 0, element_count - 1)
+    s = scaled - element
+    shape = [
+        1.0 - s * s * (3.0 - 2.0 * s),
+        element_length * (s * (1.0 - s) * (1.0 - s)),
+        s * s * (3.0 - 2.0 * s),
+        element_length * (s * s * (s - 1.0)),
+    ]
+    return element, s, np.stack(shape, axis=1)
+
+
+def first_load(track: FactorisedTrack, u: np.ndarray, velocity: np.ndarray, four_h: float) -> np.ndarray:
+    """Load of the first substep 1, (4/h) M v₀ - 2 K u₀.
+
+    Args:
+        track: The factorised track.
+        u: Displacements [m, -], shape (node, dof).
+        velocity: Velocities [m/s, 1/s], shape (node, dof).
+        four_h: 4/h [1/s].
+    """
+    if not track.node_dofs:
+        return np.zeros_like(u)
+    last = len(track.rows) - 1
+    return products(track, last, track.pattern.mass, four_h * velocity, track.pattern.stiffness, u)
+
+
+def products(
+    track: FactorisedTrack, rate: int, first: Stencil, a: np.ndarray, second: Stencil, b: np.ndarray
+) -> np.ndarray:
+    """The sum of two of the track's matrices times two vectors, shape (node, dof) each."""
+    if not track.node_dofs:
+        return np.zeros_like(a)
+    table = track.rows[rate][track.node_class].T
+    above_a, below_a = _shifted(a)
+    above_b, below_b = _shifted(b)
+    result = np.empty_like(a)
+    for r in range(a.shape[1]):
+        near = _row_product(table, first.own[r], a.T) + _row_product(table, first.following[r], above_a.T)
+        far = _row_product(table, second.own[r], b.T) + _row_product(table, second.following[r], above_b.T)
+        half_done = near + far
+        rest = _row_product(table, first.previous[r], below_a.T) + _row_product(table, second.previous[r], below_b.T)
+        # The first node has no node before it, and adding a zero could turn -0 into 0.
+        result[1:, r] = (half_done + rest)[1:]
+        result[0, r] = half_done[0]
+    return result
+
+
+def _shifted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The following and the previous node's values, zero beyond the ends."""
+    following, previous = np.zeros_like(x), np.zeros_like(x)
+    following[:-1], previous[1:] = x[1:], x[:-1]
+    return following, previous
+
+
+def _row_product(values, entries: Rows, x):  # type: ignore[no-untyped-def]
+    """Sum of coefficient times x over one row's entries, in two interleaved sums; numbers or arrays."""
+    if not entries:
+        return x[0] * 0.0
+    sums = [values[place] * x[column] for place, column in entries[:2]]
+    for number, (place, column) in enumerate(entries[2:]):
+        sums[number % 2] = sums[number % 2] + values[place] * x[column]
+    return sums[0] + sums[1] if len(sums) == 2 else sums[0]
+
+
+def _dense(matrix: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Matrix times vector, summed from the first column to the last."""
+    total = x[0] * 0.0 * matrix[:, 0]
+    for column in range(len(x)):
+        total = total + matrix[:, column] * x[column]
+    return total

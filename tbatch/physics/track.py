@@ -1,0 +1,314 @@
+"""Tracks: layers of beams, node by node along the line."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tbatch.physics.blocks import BlockTridiagonal
+from tbatch.physics.catalogue.entry import complete
+from tbatch.physics.catalogue.tracks import SLAB_TRACKS, WINKLER_TRACKS
+from tbatch.physics.elements import hermite
+from tbatch.physics.quantities import FloatArray, positive, rail_count, whole_number
+from tbatch.physics.slab import SlabParameters, accept_rayleigh
+from tbatch.physics.winkler import WinklerParameters
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """M ü + C u̇ + K u = Nᵀ F: a line of equal elements from x = 0, with the vertical dofs at both ends pinned.
+
+    Dof (node i, local dof r) is row i * node_dofs + r; node i is at x = i * element_length. Each layer has two local
+    dofs, w (down) and theta = dw/dx. Displacements are measured from the track's own static equilibrium.
+    """
+
+    kind: str
+    """'slab', 'winkler', 'beam' or 'rigid'"""
+    length: float
+    """[m]"""
+    element_count: int
+    layers: Mapping[str, tuple[int, int]]
+    """local dofs (w, theta) of each layer; the rail is first; empty for a rigid track"""
+    mass: BlockTridiagonal
+    """M, rows and columns of pinned dofs zero"""
+    damping: BlockTridiagonal
+    """C, likewise"""
+    stiffness: BlockTridiagonal
+    """K, likewise"""
+    pinned: np.ndarray
+    """true where a dof is held at zero, shape (node, m)"""
+    period: int
+    """elements per structural period: those of a bay"""
+    rail_EI: float | None
+    """bending stiffness of the rail [N m2], of both if rails = 2; None if not known"""
+    rails: int | None
+    """1: half model, 2: whole model, None: either"""
+    name: str
+    source: str = ""
+    parameters: SlabParameters | WinklerParameters | None = None
+    """the numbers it was built from"""
+
+    @classmethod
+    def slab(
+        cls,
+        name: str | None = None,
+        *,
+        length: float,
+        elements_per_bay: int = 1,
+        bay: float | None = None,
+        rail: tuple[float, float] | None = None,
+        fastener: tuple[float, float] | None = None,
+        slab: tuple[float, float] | None = None,
+        mortar: tuple[float, float] | None = None,
+        base: tuple[float, float] | None = None,
+        subgrade: tuple[float, float] | None = None,
+        per: str | None = None,
+        rayleigh: tuple[float, float] | None = None,
+        rails: int | None = None,
+    ) -> "Track":
+        """Return a three-layer slab track: a catalogue set, a changed catalogue set, or all numbers given.
+
+        Args:
+            name: a set of the catalogue; the other arguments then replace its numbers.
+            length: length [m], rounded up to whole bays.
+            elements_per_bay: elements per fastener spacing.
+            bay: fastener spacing [m].
+            rail: (EI [N m2], mass [kg/m]).
+            fastener: (stiffness [N/m], damping [N s/m]) of a seat.
+            slab: (EI [N m2], mass [kg/m]).
+            mortar: (stiffness, damping) of the CA mortar [N/m, N s/m], by `per`.
+            base: (EI [N m2], mass [kg/m]) of the base plate.
+            subgrade: (stiffness, damping) [N/m, N s/m], by `per`.
+            per: whether mortar and subgrade are per 'fastener' spacing (the default) or per 'metre'.
+            rayleigh: (alpha [1/s], beta [s]): alpha M + beta K is added to the damping.
+            rails: 1 or 2; default 2. It labels the numbers and never rescales them.
+        """
+        given = {
+            "bay": bay,
+            "rail": rail,
+            "fastener": fastener,
+            "slab": slab,
+            "mortar": mortar,
+            "base": base,
+            "subgrade": subgrade,
+            "per": per,
+            "rayleigh": rayleigh,
+            "rails": rails,
+        }
+        parameters = complete(SlabParameters, SLAB_TRACKS, "slab track", name, given)
+        bays = parameters.bay_count(positive("track.length", length, "m"))
+        per_bay = whole_number("track.elements_per_bay", elements_per_bay, 1)
+        return cls._held_at_ends(
+            "slab",
+            name or "slab",
+            parameters,
+            parameters.matrices(bays, per_bay),
+            length=bays * parameters.bay,
+            period=per_bay,
+            rail_EI=parameters.rail[0],
+            rayleigh=parameters.rayleigh,
+        )
+
+    @classmethod
+    def winkler(
+        cls,
+        name: str | None = None,
+        *,
+        length: float,
+        elements: int | None = None,
+        EI: float | None = None,
+        mass: float | None = None,
+        stiffness: float | None = None,
+        damping: float | None = None,
+        rayleigh: tuple[float, float] = (0.0, 0.0),
+        rails: int | None = None,
+    ) -> "Track":
+        """Return a beam on a continuous bed: a catalogue set, a changed one, or all numbers given.
+
+        Args:
+            name: a set of the catalogue; the other arguments then replace its numbers.
+            length: length [m].
+            elements: number of elements; by default none is longer than a fifth of (4 EI / stiffness)^¼.
+            EI: bending stiffness [N m2].
+            mass: mass [kg/m].
+            stiffness: bed stiffness [N/m2].
+            damping: bed damping [N s/m2].
+            rayleigh: (alpha [1/s], beta [s]): alpha M + beta K is added to the damping.
+            rails: 1 or 2; default 1. It labels the numbers and never rescales them.
+        """
+        given = {"EI": EI, "mass": mass, "stiffness": stiffness, "damping": damping, "rails": rails}
+        parameters = complete(WinklerParameters, WINKLER_TRACKS, "winkler track", name, given)
+        span = positive("track.length", length, "m")
+        count = parameters.usual_element_count(span) if elements is None else elements
+        return cls._line("winkler", name or "winkler", parameters, span, count, rayleigh)
+
+    @classmethod
+    def beam(
+        cls,
+        *,
+        length: float,
+        elements: int,
+        EI: float,
+        mass: float,
+        rayleigh: tuple[float, float] = (0.0, 0.0),
+        rails: int | None = None,
+    ) -> "Track":
+        """Return a simply supported beam.
+
+        Args:
+            length: span [m].
+            elements: number of elements.
+            EI: bending stiffness [N m2].
+            mass: mass [kg/m].
+            rayleigh: (alpha [1/s], beta [s]): damping alpha M + beta K.
+            rails: 1, 2 or None for either. It labels the numbers and never rescales them.
+        """
+        parameters = WinklerParameters(EI, mass, 0.0, 0.0, rails)
+        return cls._line("beam", "beam", parameters, positive("track.length", length, "m"), elements, rayleigh)
+
+    @classmethod
+    def rigid(cls, *, length: float, rails: int | None = None) -> "Track":
+        """Return a rail that does not give, `length` [m] long, without any dof."""
+        none = BlockTridiagonal.zeros(2, 0)
+        return cls(
+            kind="rigid",
+            length=positive("track.length", length, "m"),
+            element_count=1,
+            layers={},
+            mass=none,
+            damping=none,
+            stiffness=none,
+            pinned=np.zeros((2, 0), dtype=bool),
+            period=1,
+            rail_EI=None,
+            rails=rail_count("track.rails", rails),
+            name="rigid",
+        )
+
+    @classmethod
+    def ballast(cls, *_: object, **__: object) -> "Track":
+        """Refuse: ballasted tracks are not built yet."""
+        raise ValueError("track 'ballast': not yet; built are slab, winkler, beam and rigid")
+
+    @classmethod
+    def from_matrices(cls, *_: object, **__: object) -> "Track":
+        """Refuse: imported tracks are not built yet."""
+        raise ValueError("track from matrices: not yet; built are slab, winkler, beam and rigid")
+
+    @property
+    def element_length(self) -> float:
+        """Length of an element [m]."""
+        return self.length / self.element_count
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes, one more than elements."""
+        return self.element_count + 1
+
+    @property
+    def node_dofs(self) -> int:
+        """Number m of dofs of a node, pinned ones included; 0 for a rigid track."""
+        return self.mass.node_dofs
+
+    @property
+    def free(self) -> np.ndarray:
+        """True where a dof moves, shape (node, m)."""
+        return ~self.pinned
+
+    def locate(self, x: ArrayLike) -> tuple[np.ndarray, FloatArray]:
+        """Return the element under each position and the shape values N there.
+
+        Args:
+            x: positions [m], shape (...), within the track.
+
+        Returns:
+            element, which is its first node, shape (...); values of (w1, theta1, w2, theta2), shape (..., 4).
+        """
+        position = np.asarray(x, dtype=np.float64)
+        if (position < 0.0).any() or (position > self.length * (1.0 + 1e-12)).any() or np.isnan(position).any():
+            raise ValueError(f"x = {x!r}: must be from 0 to {self.length:g} [m]")
+        count, a = self.element_count, self.element_length
+        element = np.clip(np.floor(position / a).astype(np.int64), 0, count - 1)
+        return element, hermite(position / a - element, a)
+
+    def describe_rows(self) -> list[tuple[str, str]]:
+        """Return the track's facts as (label, text)."""
+        rails = {1: "half (one rail)", 2: "whole (two rails)", None: "half or whole"}[self.rails]
+        rows = [
+            ("track", self.name if not self.source else f"{self.name} ({self.source})"),
+            ("track rails", rails),
+            ("track length", f"{self.length:g} m"),
+        ]
+        if self.kind == "rigid":
+            return rows
+        free = int(self.free.sum())
+        rows += [
+            ("track elements", f"{self.element_count} of {self.element_length:g} m, {self.period} per period"),
+            ("track dofs", f"{self.pinned.size}, {free} free; layers {', '.join(self.layers)}"),
+        ]
+        if isinstance(self.parameters, SlabParameters):
+            rows.append(("mortar and subgrade", f"given per {self.parameters.per}"))
+        return rows
+
+    @classmethod
+    def _line(
+        cls,
+        kind: str,
+        name: str,
+        parameters: WinklerParameters,
+        length: float,
+        elements: int,
+        rayleigh: tuple[float, float],
+    ) -> "Track":
+        """Return a beam, with or without a bed."""
+        count = whole_number("track.elements", elements, 1)
+        matrices = parameters.matrices(length, count)
+        return cls._held_at_ends(
+            kind,
+            name,
+            parameters,
+            matrices,
+            length=length,
+            period=1,
+            rail_EI=parameters.EI,
+            rayleigh=accept_rayleigh(rayleigh),
+        )
+
+    @classmethod
+    def _held_at_ends(
+        cls,
+        kind: str,
+        name: str,
+        parameters: SlabParameters | WinklerParameters,
+        matrices: tuple[BlockTridiagonal, ...],
+        *,
+        length: float,
+        period: int,
+        rail_EI: float,
+        rayleigh: tuple[float, float],
+    ) -> "Track":
+        """Return the track with its Rayleigh damping and with the vertical dofs of all layers pinned at both ends."""
+        mass, damping, stiffness = matrices
+        alpha, beta = rayleigh
+        if alpha or beta:
+            damping = damping + mass * alpha + stiffness * beta
+        pinned = np.zeros((mass.node_count, mass.node_dofs), dtype=bool)
+        pinned[np.ix_([0, -1], [w for w, _ in parameters.layers.values()])] = True
+        pinned.setflags(write=False)
+        return cls(
+            kind=kind,
+            length=length,
+            element_count=mass.node_count - 1,
+            layers=parameters.layers,
+            mass=mass.pinned(pinned),
+            damping=damping.pinned(pinned),
+            stiffness=stiffness.pinned(pinned),
+            pinned=pinned,
+            period=period,
+            rail_EI=rail_EI,
+            rails=parameters.rails,
+            name=name,
+            source=parameters.source,
+            parameters=parameters,
+        )

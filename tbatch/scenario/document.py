@@ -1,0 +1,60 @@
+"""A scenario as a user may write it: its tables, but for the large ones that have files of their own."""
+
+import re
+from typing import Annotated
+
+from tbatch.scenario.contact import ContactSection
+from tbatch.scenario.fields import Count, Text
+from tbatch.scenario.irregularity import IrregularitySection
+from tbatch.scenario.keep import Keep
+from tbatch.scenario.passage import Integration, RunSection, Speed
+from tbatch.scenario.section import Section
+from tbatch.scenario.track import TrackSection
+from tbatch.scenario.vehicle import VehicleSection
+
+
+def names_a_folder(name: str) -> bool:
+    """Return whether a campaign may have this name: it also names its results folder."""
+    return re.fullmatch(r"[A-Za-z0-9_](?:[A-Za-z0-9_. -]{0,78}[A-Za-z0-9_-])?", name, re.ASCII) is not None
+
+
+class Campaign(Section):
+    """What the campaign is called and how many runs it has."""
+
+    name: Annotated[str, Text("1 to 80 letters, digits, '_', '-', '.' or spaces, to name a folder", names_a_folder)] = (
+        ""
+    )
+    """Name, also of the results folder; by default the scenario file's."""
+    runs: Annotated[int, Count(1, 10_000_000)] = 1
+    """Samples per speed."""
+    seed: Annotated[int, Count(0, 2**63 - 1)] = 0
+    """Seed of all random numbers."""
+
+
+class Allowed(Section):
+    """How many are allowed."""
+
+    max: Annotated[int, Count(0, 10_000_000)] = 0
+    """Largest number allowed."""
+
+
+class LimitsSection(Section):
+    """Limits that a campaign is judged by."""
+
+    diverged: Allowed = Allowed()
+    """Runs that diverged, in the whole campaign."""
+
+
+class Document(Section):
+    """A tbatch scenario. Bare numbers are in SI units; strings carry a unit, as in "300 km/h"."""
+
+    campaign: Campaign = Campaign()
+    vehicle: VehicleSection
+    track: TrackSection
+    contact: ContactSection = ContactSection()
+    irregularity: IrregularitySection = IrregularitySection()
+    speed: Speed
+    run: RunSection = RunSection()
+    integration: Integration = Integration()
+    keep: Keep = Keep()
+    limits: LimitsSection = LimitsSection()

@@ -1,0 +1,66 @@
+"""Keys that are known but not served yet: taken out of a document before it is checked, each with a clear refusal."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from tbatch.scenario.errors import Path, Problem, shown
+
+DEFECT_KINDS = ("chord-flat", "periodic-flat", "joint", "weld", "settlement", "corrugation")
+LIMITS = ("separation.probability", "contact_force.max")
+
+_KEYS: dict[Path, str] = {
+    ("campaign", "stop"): "leave it out; campaign.runs samples are run at each speed",
+    ("vehicle", "coach_pitch"): "leave it out; one vehicle is run",
+    ("track", "sections"): "leave it out; the track is the same along the line",
+    ("track", "matrices"): "a track.model",
+    ("speed", "distribution"): 'speed.values, such as ["200 km/h", "300 km/h"]',
+    ("vary",): "leave it out; all runs have the same vehicle, contact and irregularity numbers",
+}
+
+
+def take_out_later(document: dict[str, Any]) -> list[Problem]:
+    """Remove from a document what is not served yet, and return a problem for each.
+
+    Args:
+        document: The parsed scenario; it is changed.
+    """
+    problems = []
+    for path, accepted in [*_KEYS.items(), *_limits(document)]:
+        table = _at(document, path[:-1])
+        if isinstance(table, dict) and path[-1] in table:
+            value = table.pop(path[-1])
+            told = None if isinstance(value, dict | list) else shown(value)
+            problems.append(Problem(path, "is not served yet", told, accepted))
+    track = document.get("track")
+    if isinstance(track, dict) and track.get("length") == "endless":
+        del track["length"]
+        problems.append(Problem(("track", "length"), "is not served yet", '"endless"', 'a length, such as "100 m"'))
+    if isinstance(track, dict) and isinstance(track.get("model"), str) and "ballast" in track["model"]:
+        told = shown(track.pop("model"))
+        problems.append(
+            Problem(("track", "model"), "is a ballasted track: not served yet", told, "another track.model")
+        )
+    vehicle = document.get("vehicle")
+    if isinstance(vehicle, dict) and type(count := vehicle.get("count")) is int and count > 1:
+        del vehicle["count"]
+        problems.append(Problem(("vehicle", "count"), "vehicles are not served yet", shown(count), "1"))
+    roughness = document.get("irregularity")
+    defects = roughness.get("defect") if isinstance(roughness, dict) else None
+    for index, defect in enumerate(defects if isinstance(defects, list) else []):
+        if isinstance(defect, dict) and defect.get("kind") in DEFECT_KINDS:
+            path = ("irregularity", "defect", index, "kind")
+            problems.append(Problem(path, "is not served yet", shown(defect["kind"]), '"flat"'))
+    return problems
+
+
+def _limits(document: dict[str, Any]) -> Iterator[tuple[Path, str]]:
+    """The limits to come, written as one quoted key or as a dotted one."""
+    for name in LIMITS:
+        for path in (("limits", name), ("limits", *name.split("."))):
+            yield path, "limits.diverged; judge the others by the printed statistics"
+
+
+def _at(document: Any, path: Path) -> Any:
+    for key in path:
+        document = document.get(key) if isinstance(document, dict) else None
+    return document

@@ -1,0 +1,239 @@
+"""A scenario: read from TOML, checked, with every default filled in, and built when it is asked for."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tbatch.scenario.contact import build_contact
+from tbatch.scenario.document import Document
+from tbatch.scenario.errors import Findings, Path, Problem, ScenarioError, dotted, place
+from tbatch.scenario.keep import Keep
+from tbatch.scenario.load import Loaded, load
+from tbatch.scenario.positions import key_lines
+from tbatch.scenario.source import Source, parse_override
+from tbatch.scenario.track import build_track
+from tbatch.scenario.vehicle import build_vehicle
+
+if TYPE_CHECKING:
+    from tbatch.engine.model import Model
+    from tbatch.engine.runs import Runs
+    from tbatch.physics.irregularity import Irregularity
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """What a campaign runs: one model, some speeds, some samples. It never changes."""
+
+    document: Document
+    """All tables with every number, in SI."""
+    source_text: str
+    """The TOML text as given; empty for a scenario made from tables."""
+    file: str
+    """The file as given."""
+    warnings: tuple[str, ...]
+    """What will run but may not be meant, a line each."""
+    _loaded: Loaded
+
+    @classmethod
+    def load(cls, path_or_name: str | FilePath, overrides: Iterable[str] = ()) -> "Scenario":
+        """Read a scenario file or a shipped scenario.
+
+        Args:
+            path_or_name: Path of a TOML file, or a name that ``tbatch list scenarios`` shows.
+            overrides: Changes such as ``"track.length=120 m"``, later ones last.
+
+        Raises:
+            ScenarioError: Everything that is wrong, at once.
+        """
+        return cls._of(Source.find(path_or_name), overrides)
+
+    @classmethod
+    def from_text(cls, text: str, *, file: str = "scenario", overrides: Iterable[str] = ()) -> "Scenario":
+        """Read a scenario from TOML text.
+
+        Args:
+            text: The text.
+            file: Name for messages; its stem names the campaign if the text does not.
+            overrides: Changes such as ``"track.length=120 m"``.
+        """
+        return cls._of(Source(text, file, FilePath.cwd()), overrides)
+
+    @classmethod
+    def from_tables(cls, tables: Mapping[str, Any], *, file: str = "scenario") -> "Scenario":
+        """Read a scenario from tables, such as those that ``resolved`` gave.
+
+        Args:
+            tables: The tables.
+            file: Name for messages; its stem names the campaign if the tables do not.
+        """
+        return cls._checked(Source("", file, FilePath.cwd()), json.loads(json.dumps(tables)), {})
+
+    @classmethod
+    def _of(cls, source: Source, overrides: Iterable[str]) -> "Scenario":
+        tables = source.parse()
+        problems: list[Problem] = []
+        given: dict[Path, str] = {}
+        for text in overrides:
+            try:
+                path, value = parse_override(text)
+            except ScenarioError as error:
+                problems += error.problems
+                continue
+            given[path] = text
+            if (blocked := _set(tables, path, value)) is not None:
+                problems.append(Problem(path, f"cannot be set: {dotted(blocked)} is not a table", file="--set"))
+        return cls._checked(source, tables, given, problems)
+
+    @classmethod
+    def _checked(
+        cls, source: Source, tables: dict[str, Any], given: Mapping[Path, str], problems: Sequence[Problem] = ()
+    ) -> "Scenario":
+        findings = Findings()
+        loaded = load(tables, stem=FilePath(source.file).stem, folder=source.folder, findings=findings)
+        if findings.problems or problems or loaded is None:
+            found = place(findings.problems, source.file, key_lines(source.text), given)
+            raise ScenarioError([*found, *problems])
+        return cls(loaded.document, source.text, source.file, tuple(findings.warnings), loaded)
+
+    @property
+    def name(self) -> str:
+        """Name of the campaign."""
+        return self.document.campaign.name
+
+    @property
+    def seed(self) -> int:
+        """Seed of all random numbers."""
+        return self.document.campaign.seed
+
+    @property
+    def samples(self) -> int:
+        """Samples per speed."""
+        return self.document.campaign.runs
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Speed of each case [m/s]."""
+        return self.document.speed.values
+
+    @property
+    def keep(self) -> Keep:
+        """Which runs are kept with their full histories: timelines, channels, every [s]."""
+        return self.document.keep
+
+    @property
+    def limits_diverged(self) -> int:
+        """How many runs may diverge."""
+        return self.document.limits.diverged.max
+
+    def evaluated_length(self, case: int = 0, wheel: int = 1) -> float:
+        """Return the length over which a wheel counts in a run [m].
+
+        Args:
+            case: Index of the speed; all speeds have the same length.
+            wheel: Wheel, counted from 1 at the front.
+        """
+        return self._loaded.passage.evaluated_length(wheel)
+
+    def resolved(self) -> dict[str, Any]:
+        """Return all tables with every default, in SI, ready for JSON; ``from_tables`` reads them back."""
+        return self.document.model_dump(mode="json", exclude_none=True)
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of what decides the results: the resolved tables without ``campaign.runs`` and file paths."""
+        tables = self.resolved()
+        del tables["campaign"]["runs"]
+        tables["irregularity"].get("measured", {}).pop("file", None)
+        return hashlib.sha256(json.dumps(tables, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
+
+    def model(self) -> "Model":
+        """Return the vehicle, the track and the contact, factorised for the step; built once."""
+        return self._model
+
+    @cached_property
+    def _model(self) -> "Model":
+        from tbatch.engine.model import Model
+
+        document = self.document
+        try:
+            return Model.build(
+                build_vehicle(document.vehicle),
+                build_track(document.track),
+                build_contact(document.contact),
+                step=document.integration.step,
+                splitting=document.integration.splitting,
+                local_compliance=document.contact.local_compliance,
+            )
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            problem = Problem((), f"the model cannot be built: {error}", file=self.file)
+            raise ScenarioError([problem]) from error
+
+    def irregularity(self, sample: int) -> "Irregularity":
+        """Return the running surface of a sample, faded in.
+
+        Args:
+            sample: Index of the sample, from 0.
+        """
+        return self._loaded.surface.sample(sample)
+
+    def runs(self, pairs: Sequence[tuple[int, int]]) -> tuple["Runs", NDArray[np.float64]]:
+        """Return the table of inputs of some runs; runs of one sample share its running surface.
+
+        Args:
+            pairs: (case, sample) of each run.
+
+        Returns:
+            The runs and how long each lasts [s], shape (run,).
+        """
+        from tbatch.engine.runs import Runs
+
+        for case, sample in pairs:
+            if not 0 <= case < len(self.speeds) or sample < 0:
+                raise ValueError(
+                    f"run (case {case}, sample {sample}): case must be 0 to {len(self.speeds) - 1}, sample 0 or more"
+                )
+        surfaces = {sample: self.irregularity(sample) for sample in sorted({sample for _, sample in pairs})}
+        speed = np.array([self.speeds[case] for case, _ in pairs])
+        passage = self._loaded.passage
+        runs = Runs(
+            speed=speed,
+            irregularity=[surfaces[sample] for _, sample in pairs],
+            start=passage.start,
+            evaluate_from=passage.evaluate_from,
+        )
+        return runs, passage.distance / speed
+
+    @staticmethod
+    def json_schema() -> dict[str, Any]:
+        """Return the JSON schema of a scenario file, for editors."""
+        schema = _without_null_defaults(Document.model_json_schema())
+        return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "tbatch scenario"}
+
+
+def _without_null_defaults(schema: Any) -> Any:
+    """Return a schema without ``default: null``, which TOML cannot write."""
+    if isinstance(schema, list):
+        return [_without_null_defaults(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {
+        key: _without_null_defaults(value) for key, value in schema.items() if not (key == "default" and value is None)
+    }
+
+
+def _set(tables: dict[str, Any], path: Path, value: Any) -> Path | None:
+    """Set a value in nested tables; return the path of what stands in the way, if anything does."""
+    table: Any = tables
+    for count, key in enumerate(path[:-1], start=1):
+        table = table.setdefault(key, {})
+        if not isinstance(table, dict):
+            return path[:count]
+    table[path[-1]] = value
+    return None

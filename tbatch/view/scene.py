@@ -1,0 +1,262 @@
+"""Geometry of the side view: what is drawn where, in plain NumPy.
+
+The picture moves with the vehicle: x is measured from wheel 1 in the running direction, z upwards from the top of
+the undeflected rail, both in metres, and y points away from the onlooker. All displacements, the irregularity among
+them, are drawn `exaggeration` times too large; lengths and heights are true.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from tbatch.view.record import Array, Body, RunRecord
+from tbatch.view.thinning import Samples, spaced_samples
+
+Float32 = NDArray[np.float32]
+
+FRAME_TRAVEL = 0.25  # least way between two pictures [m]
+FRAME_INTERVAL = 1e-3  # least time between two pictures [s]
+MARGIN = 5.0  # track in view before the first wheel and behind the last [m]
+OVERHANG = 12.0  # track drawn beyond that, for windows wider than usual [m]
+RAIL_SPACING, SLAB_SPACING = 0.2, 0.6  # between drawn points [m]
+ROOM = 0.6  # largest drawn displacement of rail and wheels [m]
+RAIL_HEIGHT = 0.18  # of the drawn rail: its foot follows the deflection, its head the running surface [m]
+SLAB_DEPTH, BASE_DEPTH = 0.50, 0.85  # of their centre lines below the running surface [m]
+BOGIE_HEIGHT, BOGIE_DEPTH = 1.1, 0.22  # of a bogie frame's centre, and its depth [m]
+FLOOR, ROOF = 1.75, 4.1  # of a carbody [m]
+SPRING = np.array([[0, 0], [0, 0.2], [1, 0.29], [-1, 0.43], [1, 0.57], [-1, 0.71], [0, 0.8], [0, 1]])
+# a spring's shape: half widths sideways and share of the height, shape (point, 2)
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnBody:
+    """One body of the vehicle and where it is in each picture."""
+
+    name: str
+    kind: str
+    wheel: int | None  # axis index of a wheelset's wheel
+    size: tuple[float, float]  # length along the line and height [m]
+    place: Float32
+    # centre (x, y, z) [m], shape (frame, 3)
+    angle: Array
+    # rotation about y, nose-down positive, exaggerated [rad], shape (frame,)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """The side view of one run."""
+
+    exaggeration: int
+    frames: Samples
+    # sample of each picture, shape (frame,)
+    bodies: tuple[DrawnBody, ...]
+    springs: Float32 | None
+    # suspensions as zigzag lines [m], shape (frame, spring, point, 3)
+    lines: dict[str, Float32]
+    # "head" and "foot" of the rail, "slab", "base" where known [m], shape (frame, point, 3)
+    wheel_bottom: Float32
+    # lowest point of each wheel (x, y, z) [m], shape (frame, wheel, 3)
+    gap: Array
+    # gap under each wheel, not exaggerated [m], zero in contact, NaN where not known, shape (frame, wheel)
+    reach: tuple[float, float]
+    # first and last x in view [m]; the track is drawn OVERHANG further
+
+
+def build_scene(record: RunRecord) -> Scene:
+    """Place everything for every picture of a run."""
+    frames = choose_frames(record)
+    factor = choose_exaggeration(record)
+    reach = (-float(np.max(record.wheel_offsets)) - MARGIN, MARGIN)
+    lines = track_lines(record, frames, factor, reach)
+    bodies = drawn_bodies(record, frames, factor)
+    wheels = [body for body in bodies if body.kind == "wheelset"]
+    drop = np.array([0.0, 0.0, record.wheel_radius])
+    if len(wheels) == record.wheel_count:
+        bottom = np.stack([wheel.place - drop for wheel in wheels], axis=1)
+    else:
+        bottom = np.zeros((len(frames), record.wheel_count, 3))
+        bottom[:, :, 0] = -np.asarray(record.wheel_offsets)
+    return Scene(
+        exaggeration=factor,
+        frames=frames,
+        bodies=tuple(bodies),
+        springs=suspension(record, bodies),
+        lines=lines,
+        wheel_bottom=_rounded(bottom),
+        gap=gaps(record, frames),
+        reach=reach,
+    )
+
+
+def choose_frames(record: RunRecord) -> Samples:
+    """Pick the samples that become pictures: a few hundred per 100 m, and all separation instants."""
+    n = record.samples
+    time, position = np.asarray(record.time[:n]), np.asarray(record.position[:n])
+    regular = spaced_samples(time, position, interval=FRAME_INTERVAL, travel=FRAME_TRAVEL)
+    instants = [t for event in record.events for t in (event.start, 0.5 * (event.start + event.end), event.end)]
+    samples = np.searchsorted(time, np.asarray(instants, float) - 1e-12)
+    return np.union1d(regular, np.clip(samples, 0, n - 1)).astype(np.intp)
+
+
+def choose_exaggeration(record: RunRecord) -> int:
+    """Pick the largest round factor (1, 2, 5, 10, ... 500) that keeps rail and wheels within ROOM."""
+    n = record.samples
+    seen = [np.zeros(1)]
+    under = under_wheels(record)
+    if under is not None:
+        seen.append(under[:n])
+    if record.irregularity is not None:
+        seen.append(record.irregularity[:n] + (0.0 if under is None else under[:n]))
+    if record.vehicle is not None:
+        wheels = [body.vertical_dof for body in record.bodies if body.kind == "wheelset"]
+        seen.append(np.asarray(record.vehicle)[:n, wheels])
+    largest = max(float(np.nanmax(np.abs(part), initial=0.0)) for part in seen)
+    return max((factor for factor in (1, 2, 5, 10, 20, 50, 100, 200, 500) if factor * largest <= ROOM), default=1)
+
+
+def under_wheels(record: RunRecord) -> Array | None:
+    """Rail deflection under each wheel [m], shape (n, wheel): given, or interpolated from the fixed places."""
+    if record.rail_under_wheel is not None:
+        return np.asarray(record.rail_under_wheel)
+    if record.rail is None or record.rail_at is None or record.track_time is not None:
+        return None
+    return along(record.rail_at, record.rail, record.wheel_position)
+
+
+def along(at: Array, values: Array, x: Array) -> Array:
+    """Interpolate rows of `values` (row, point), known at `at`, at their own places x (row, k): cubic splines."""
+    at, values = np.asarray(at, float), np.nan_to_num(np.asarray(values, float))
+    if len(at) < 2:
+        return np.repeat(values[:, :1], x.shape[1], axis=1)
+    coefficients = CubicSpline(at, values, axis=1, bc_type="natural" if len(at) < 4 else "not-a-knot").c
+    x = np.clip(x, at[0], at[-1])
+    piece = np.clip(np.searchsorted(at, x, side="right") - 1, 0, len(at) - 2)
+    s = x - at[piece]
+    c = coefficients[:, piece, np.arange(len(x))[:, None]]
+    return ((c[0] * s + c[1]) * s + c[2]) * s + c[3]
+
+
+def track_lines(record: RunRecord, frames: Samples, factor: int, reach: tuple[float, float]) -> dict[str, Float32]:
+    """Draw rail, slab and base plate as lines seen from the vehicle."""
+    lines: dict[str, Float32] = {}
+    position = np.asarray(record.position)[frames, None]
+
+    def line(name: str, depth: float, spacing: float, deflection: Array | None, surface: bool = False) -> None:
+        seen = np.arange(reach[0] - OVERHANG, reach[1] + OVERHANG + spacing / 2, spacing)
+        x = position + seen
+        points = np.zeros((*x.shape, 3))
+        points[:, :, 0] = seen
+        points[:, :, 2] = -depth
+        if deflection is not None and record.rail_at is not None:
+            points[:, :, 2] -= factor * along(record.rail_at, deflection, x)
+        if surface and record.line is not None:
+            points[:, :, 2] -= factor * np.interp(x, np.asarray(record.line[0]), np.asarray(record.line[1]))
+        lines[name] = _rounded(points)
+
+    rail = _track_rows(record, record.rail, frames)
+    line("head", 0.0, RAIL_SPACING, rail, surface=True)
+    line("foot", RAIL_HEIGHT, RAIL_SPACING, rail)
+    if record.slab is not None:
+        line("slab", SLAB_DEPTH, SLAB_SPACING, _track_rows(record, record.slab, frames))
+    if record.base is not None:
+        line("base", BASE_DEPTH, SLAB_SPACING, _track_rows(record, record.base, frames))
+    return lines
+
+
+def _track_rows(record: RunRecord, values: Array | None, frames: Samples) -> Array | None:
+    """Rows of a track channel at the pictures, in between where the channel has times of its own."""
+    if values is None:
+        return None
+    values = np.nan_to_num(np.asarray(values))
+    if record.track_time is None or len(values) < 2:
+        return values[np.minimum(frames, len(values) - 1)]
+    own, time = np.asarray(record.track_time), np.asarray(record.time)[frames]
+    low = np.clip(np.searchsorted(own, time, side="right") - 1, 0, len(own) - 2)
+    share = np.clip((time - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)[:, None]
+    return (1 - share) * values[low] + share * values[low + 1]
+
+
+def drawn_bodies(record: RunRecord, frames: Samples, factor: int) -> list[DrawnBody]:
+    """Place the bodies; their heights at rest are those of a usual vehicle."""
+    if record.vehicle is None:
+        return []
+    vehicle = np.asarray(record.vehicle)[frames]
+    height = {"carbody": (FLOOR + ROOF) / 2, "bogie": BOGIE_HEIGHT, "wheelset": record.wheel_radius}
+    depth = {"carbody": ROOF - FLOOR, "bogie": BOGIE_DEPTH, "wheelset": 2 * record.wheel_radius}
+    behind = {"carbody": 0.3, "bogie": 0.2, "wheelset": 0.0}  # later ones stand in front
+    names = {id(body): name for body, name in zip(record.bodies, body_names(record.bodies), strict=True)}
+    drawn = []
+    for body in record.bodies:
+        place = np.zeros((len(frames), 3))
+        place[:, 0] = -body.offset
+        place[:, 1] = behind[body.kind]
+        place[:, 2] = height[body.kind] - factor * vehicle[:, body.vertical_dof]
+        angle = np.zeros(len(frames)) if body.pitch_dof is None else factor * vehicle[:, body.pitch_dof]
+        size = (2 * record.wheel_radius if body.kind == "wheelset" else body.length, depth[body.kind])
+        wheel = int(names[id(body)].split()[-1]) - 1 if body.kind == "wheelset" else None
+        drawn.append(DrawnBody(names[id(body)], body.kind, wheel, size, _rounded(place), np.arctan(angle)))
+    return drawn
+
+
+def body_names(bodies: Sequence[Body]) -> list[str]:
+    """Name bodies by kind and number from the front: "carbody", "bogie 1", "wheel 2"."""
+    names = []
+    for k, body in enumerate(bodies):
+        same = [i for i, other in enumerate(bodies) if other.kind == body.kind]
+        word = "wheel" if body.kind == "wheelset" else body.kind
+        alone = len(same) == 1 and body.kind != "wheelset"
+        names.append(word if alone else f"{word} {same.index(k) + 1}")
+    return names
+
+
+def suspension(record: RunRecord, bodies: Sequence[DrawnBody]) -> Float32 | None:
+    """Draw a zigzag between every wheelset and its bogie, and every bogie and its carbody."""
+    ends: list[tuple[Array, Array]] = []
+    lower_of = {"carbody": "bogie", "bogie": "wheelset"}
+    for above_kind, below_kind in lower_of.items():
+        above = [body for body in bodies if body.kind == above_kind]
+        for below in (body for body in bodies if body.kind == below_kind):
+            if not above:
+                continue
+            x = float(below.place[0, 0])
+            owner = min(above, key=lambda body: abs(float(body.place[0, 0]) - x))
+            arm = x - owner.place[:, 0]
+            top = owner.place.astype(float)
+            top[:, 0] = x
+            top[:, 2] -= arm * np.tan(owner.angle) + owner.size[1] / 2
+            foot = below.place.astype(float)
+            if below_kind == "bogie":
+                foot[:, 2] += below.size[1] / 2
+            # A bogie frame hides the upper end of its wheels: primary springs are drawn in front of both.
+            top[:, 1] = foot[:, 1] = 0.1 if below_kind == "bogie" else -0.15
+            ends.append((foot, top))
+    if not ends:
+        return None
+    springs = np.zeros((len(ends[0][0]), len(ends), len(SPRING), 3))
+    for k, (foot, top) in enumerate(ends):
+        springs[:, k] = foot[:, None] + SPRING[:, 1:2] * (top - foot)[:, None]
+        springs[:, k, :, 0] += 0.14 * SPRING[:, 0]
+    return _rounded(springs)
+
+
+def gaps(record: RunRecord, frames: Samples) -> Array:
+    """Gap under each wheel at the pictures [m], shape (frame, wheel): surface minus wheel, beyond the lift-off."""
+    separated = np.asarray(record.contact_force)[frames] == 0.0
+    wheels = [body.vertical_dof for body in record.bodies if body.kind == "wheelset"]
+    under = under_wheels(record)
+    known = record.vehicle is not None and record.irregularity is not None and record.lift_off is not None
+    if not known or under is None or len(wheels) != record.wheel_count:
+        return np.where(separated, np.nan, 0.0)
+    wheel = np.asarray(record.vehicle)[frames][:, wheels]
+    open_by = under[frames] + np.asarray(record.irregularity)[frames] - wheel - record.lift_off
+    return np.where(separated, np.maximum(open_by, 0.0), 0.0)
+
+
+def _rounded(points: Array) -> Float32:
+    """Round to 1/1024 m of the drawing, far below a pixel: the recording packs four times better."""
+    return (np.round(points * 1024.0) / 1024.0).astype(np.float32)

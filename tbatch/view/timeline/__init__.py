@@ -1,0 +1,30 @@
+"""Recordings for the rerun viewer: one .rrd file for each kept run, its dashboard inside.
+
+This package is the only place that imports rerun, and it does so when a recording is written: the import takes
+two seconds and 90 MB, which a campaign without kept runs should not pay.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tbatch.view.record import RunRecord
+
+__all__ = ["write_recording"]
+
+
+def write_recording(record: RunRecord, path: str | Path) -> Path:
+    """Write one run as an .rrd file with its dashboard, in one go: the file is whole or not there.
+
+    Needs neither a display nor a network. Writing a record twice gives the same data (`rerun rrd compare`).
+
+    Args:
+        record: The run.
+        path: Where to write; folders are made, a file of that name is replaced.
+
+    Returns:
+        The path written.
+    """
+    from tbatch.view.timeline.recording import write
+
+    return write(record, Path(path))

@@ -1,0 +1,127 @@
+"""The dashboard inside a recording: which views, where, over which stretch of time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from rerun.blueprint import encodings
+
+from tbatch.view import palette
+from tbatch.view.record import Array, RunRecord
+from tbatch.view.scene import BASE_DEPTH, ROOF, Scene, under_wheels
+from tbatch.view.timeline.clock import CHAINAGE, TIME
+from tbatch.view.timeline.side_view import ORIGIN
+
+WINDOW_TIME = 0.05  # shown before and after the cursor in close-ups [s]
+LEFT_TOP = rrb.PlotLegend(corner=rrb.Corner2D.LeftTop)
+FORCE_TOP = 3.0  # least top of the Q/Q0 axis
+POINTS_MAX = 2_000_000  # in one view: the software renderer needs half a minute for eight times as many
+VIEW_HEIGHT = 0.5206  # tangent of half the viewer's angle of view (55 degrees upright, rerun 0.41)
+
+
+def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
+    """Lay out the views of one run; views that have nothing to show are left out."""
+    n = record.samples
+    under = under_wheels(record)
+    top = max(FORCE_TOP, 1.05 * float(np.max(record.force_ratio[:n])))
+    overview = "force" if n * record.wheel_count <= POINTS_MAX else "force_overview"
+    force_axis = rrb.ScalarAxis(range=(-0.05 * top, top), zoom_lock=True)
+    whole, window = _whole(), _window(record)
+    quiet = rrb.PlotLegend(visible=False)
+
+    left: list[tuple[float, rrb.View]] = [
+        (3.0, _side_view(scene)),
+        (2.0, _plot(overview, "Contact force Q/Q0, whole run", axis_x=whole, axis_y=force_axis, plot_legend=LEFT_TOP)),
+        (0.35 + 0.36 * record.wheel_count, _lanes(whole)),
+    ]
+    if record.irregularity is not None:
+        name = "Irregularity under the wheels [mm], dip positive"
+        left.append((1.6, _plot("irregularity", name, axis_x=whole, axis_y=_axis(1e3 * record.irregularity[:n]), plot_legend=quiet)))
+
+    right: list[tuple[float, rrb.View | rrb.Container]] = [
+        (1.9, _plot("force", f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms", axis_y=force_axis, time_ranges=window, plot_legend=quiet))
+    ]
+    if under is not None:
+        name = "Rail under the wheels [mm], down positive"
+        right.append((1.4, _plot("rail_deflection", name, time_ranges=window, axis_y=_axis(1e3 * under[:n]), plot_legend=quiet)))
+    tabs: list[rrb.View] = [rrb.TextDocumentView(origin="/sheet", name="Run sheet")]
+    if record.vehicle is not None:
+        tabs.append(_plot("displacement", "Vehicle [mm], down positive", axis_x=whole, plot_legend=LEFT_TOP))
+    if record.vehicle_acceleration is not None:
+        tabs.append(_plot("acceleration", "Vehicle [m/s²]", axis_x=whole, plot_legend=LEFT_TOP))
+    right += [(1.5, _events()), (2.2, rrb.Tabs(*tabs))]
+
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(*(view for _, view in left), row_shares=[share for share, _ in left]),
+            rrb.Vertical(*(view for _, view in right), row_shares=[share for share, _ in right]),
+            column_shares=[2.1, 1],
+        ),
+        rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused", playback_speed=0.05),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        auto_layout=False,
+        auto_views=False,
+    )
+
+
+def _plot(entity: str, name: str, **options: Any) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(origin=f"/{entity}", name=name, **options)
+
+
+def _axis(values: Array) -> rrb.ScalarAxis:
+    """Span the values, to whole numbers: the viewer labels few others on a low plot."""
+    return rrb.ScalarAxis(range=(np.floor(np.min(values)), np.ceil(np.max(values))))
+
+
+def _whole() -> rrb.TimeAxis:
+    """Span the whole run: by default the viewer shows a limited stretch round the cursor.
+
+    Open ends hold on both timelines; a range of seconds would be nonsense on the chainage (rerun 0.41).
+    """
+    boundary = rr.TimeRangeBoundary.infinite
+    return rrb.TimeAxis(view_range=rr.TimeRange(start=boundary(), end=boundary()))
+
+
+def _window(record: RunRecord) -> list[rr.VisibleTimeRange]:
+    """Span a little round the cursor, on either timeline."""
+    n = record.samples
+    speed = float(record.position[n - 1] - record.position[0]) / float(record.time[n - 1] - record.time[0])
+    travel = max(round(1e3 * speed * WINDOW_TIME), 1)
+    boundary = rr.TimeRangeBoundary.cursor_relative
+    return [
+        rr.VisibleTimeRange(TIME, start=boundary(seconds=-WINDOW_TIME), end=boundary(seconds=WINDOW_TIME)),
+        rr.VisibleTimeRange(CHAINAGE, start=boundary(seq=-travel), end=boundary(seq=travel)),
+    ]
+
+
+def _lanes(whole: rrb.TimeAxis) -> rrb.StateTimelineView:
+    return rrb.StateTimelineView(origin="/contact", name="Contact", time_view=whole)
+
+
+def _events() -> rrb.TextLogView:
+    kind = encodings.TextLogColumnKind
+    body = [encodings.TextLogColumn(kind.Body)]
+    return rrb.TextLogView(origin="/events", name="Separations", columns=rrb.TextLogColumns(text_log_columns=body))
+
+
+def _side_view(scene: Scene) -> rrb.Spatial3DView:
+    """Look at the vehicle squarely from the side, from near enough that it fills a wide, low view."""
+    low, high = -BASE_DEPTH - 1.9, ROOF + 0.6
+    centre = [0.5 * (scene.reach[0] + scene.reach[1]), 0.0, 0.5 * (low + high)]
+    distance = max(0.5 * (high - low), 0.14 * (scene.reach[1] - scene.reach[0])) / VIEW_HEIGHT
+    return rrb.Spatial3DView(
+        origin=f"/{ORIGIN}",
+        name=f"Side view, running to the right. Displacements and irregularity × {scene.exaggeration}",
+        background=rrb.Background(color=palette.GROUND, kind=rrb.BackgroundKind.SolidColor),
+        line_grid=False,
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital,
+            position=[centre[0], -distance, centre[2]],
+            look_target=centre,
+            eye_up=[0, 0, 1],
+        ),
+    )

@@ -1,0 +1,166 @@
+"""What a recording holds: the histories of one run as columns, on two timelines."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+
+from tbatch.view import palette
+from tbatch.view.record import Array, RunRecord, Separation
+from tbatch.view.scene import body_names, build_scene, under_wheels
+from tbatch.view.sheet import run_sheet
+from tbatch.view.thinning import extremes, spaced_samples
+from tbatch.view.timeline import side_view
+from tbatch.view.timeline.clock import Clock
+from tbatch.view.timeline.dashboard import POINTS_MAX, dashboard
+
+APPLICATION = "tbatch"
+MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02  # least time [s] and way [m] between samples of slower motions
+
+
+def write(record: RunRecord, path: Path) -> Path:
+    """Write the recording to a temporary name, then move it into place."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.partial")
+    scene = build_scene(record)
+    clock = Clock(record)
+    try:
+        # Fixed ids and no start time: a run written twice is the same recording.
+        identity = f"{record.campaign}-{record.name}" if record.campaign else record.name
+        with rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False) as stream:
+            stream.save(partial, default_blueprint=dashboard(record, scene))
+            stream.set_log_time_enabled(False)
+            stream.send_recording_name(record.name)
+            if record.properties:
+                stream.send_property("run", rr.AnyValues(**_plain(record)))
+            stream.log("sheet", rr.TextDocument(run_sheet(record), media_type="text/markdown"), static=True)
+            _histories(stream, record, clock)
+            _contact(stream, record, clock)
+            side_view.send(stream, record, scene, clock)
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+    return path
+
+
+def _plain(record: RunRecord) -> dict[str, str | int | float | bool]:
+    """Properties as the plain kinds that become columns of the viewer's table of runs."""
+    plain: dict[str, str | int | float | bool] = {}
+    for name, value in record.properties.items():
+        plain[name] = value.item() if isinstance(value, np.generic) else value
+    return plain
+
+
+def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
+    """Send what is plotted: forces at every sample, slower motions at fewer."""
+    n = record.samples
+    time, position = np.asarray(record.time[:n]), np.asarray(record.position[:n])
+    every = np.arange(n)
+    fewer = spaced_samples(time, position, interval=MOTION_INTERVAL, travel=MOTION_TRAVEL)
+    wheels = [(f"wheel {j + 1}", palette.wheel_colour(j)) for j in range(record.wheel_count)]
+    force = record.force_ratio[:n]
+    _series(stream, "force", wheels, clock.at(every), force)
+    if force.size > POINTS_MAX:
+        blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
+        at, rows = extremes(force, blocks)
+        _series(stream, "force_overview", wheels, clock.at(at), rows)
+    under = under_wheels(record)
+    if under is not None:
+        _series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under[fewer])
+    if record.irregularity is not None:
+        _series(stream, "irregularity", wheels, clock.at(fewer), 1e3 * record.irregularity[fewer])
+    sprung = [body for body in record.bodies if body.kind != "wheelset"]
+    dofs = [body.vertical_dof for body in sprung]
+    looks = list(zip(body_names(sprung), palette.body_colours(len(sprung)), strict=True))
+    if dofs and record.vehicle is not None:
+        _series(stream, "displacement", looks, clock.at(fewer), 1e3 * record.vehicle[fewer][:, dofs])
+    if dofs and record.vehicle_acceleration is not None:
+        at, rows = extremes(np.asarray(record.vehicle_acceleration)[:n, dofs], fewer)
+        _series(stream, "acceleration", looks, clock.at(at), rows)
+
+
+def _series(
+    stream: rr.RecordingStream,
+    entity: str,
+    looks: Sequence[tuple[str, palette.Colour]],
+    times: Sequence[rr.TimeColumn],
+    values: Array,
+) -> None:
+    """Send series that share their times as one entity: a third of the size of one entity each."""
+    names, colours = [name for name, _ in looks], [colour for _, colour in looks]
+    count = len(looks)
+    # MinMax, or the viewer averages the samples of a pixel and a separation vanishes (rerun 0.41 default).
+    lines = rr.SeriesLines(names=names, colors=colours, widths=[1.3] * count, aggregation_policy="MinMax")
+    stream.log(entity, lines, static=True, strict=True)
+    columns = rr.Scalars.columns(scalars=_shortened(values).ravel()).partition(np.full(len(values), count))
+    stream.send_columns(entity, times, columns, strict=True)
+
+
+def _shortened(values: Array) -> Array:
+    """Round to 13 bits after the point, away from zero so that only zero is zero: short fractions pack better."""
+    scaled = np.asarray(values, float) * 2.0**13
+    return np.copysign(np.ceil(np.abs(scaled)), scaled) * 2.0**-13
+
+
+def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
+    """Send the contact lanes, and every separation as a line of text and a mark on the force plot."""
+    last = float(record.time[record.samples - 1])
+    for j in range(record.wheel_count):
+        mine = [event for event in record.events if event.wheel == j]
+        changes: list[tuple[float, str]] = [(float(record.time[0]), "contact")]
+        for event in mine:
+            changes.append((event.start, "separated"))
+            if event.end < last or not event.censored:
+                changes.append((event.end, "contact"))
+        states = dict(sorted(changes, key=lambda change: change[0]))  # the later of two at one time wins
+        look = rr.StateConfiguration(
+            values=["contact", "separated"],
+            labels=["contact", "SEPARATED"],
+            colors=[palette.CONTACT, palette.WARNING],
+        )
+        entity = f"contact/wheel_{j + 1}"
+        stream.log(entity, look, static=True, strict=True)
+        columns = rr.StateChange.columns(state=list(states.values()))
+        stream.send_columns(entity, clock.when(list(states)), columns, strict=True)
+    _events(stream, record, clock)
+
+
+def _events(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
+    """Send the start, every separation and the end as lines of text, and a mark on the force plot for each."""
+    ends = [float(record.time[0]), float(record.time[record.samples - 1])]
+    count = len(record.events)
+    total = "no separation" if not count else f"{count} separation{'s' if count > 1 else ''}"
+    text = rr.TextLog.columns(text=["start", f"end: {total}"], level=["INFO"] * 2, color=[palette.RAIL] * 2)
+    stream.send_columns("events", clock.when(ends), text, strict=True)
+    if not count:
+        return
+    starts = [event.start for event in record.events]
+    text = rr.TextLog.columns(
+        text=[_sentence(event) for event in record.events],
+        level=["WARN"] * count,
+        color=[palette.wheel_colour(event.wheel) for event in record.events],
+    )
+    stream.send_columns("events", clock.when(starts), text, strict=True)
+    mark = rr.SeriesPoints(colors=[palette.WARNING], markers=["diamond"], marker_sizes=[4.0], names=["separation"])
+    times = sorted(set(starts))
+    for entity in ("force/separation", "force_overview/separation"):
+        stream.log(entity, mark, static=True, strict=True)
+        marks = rr.Scalars.columns(scalars=np.zeros(len(times)))
+        stream.send_columns(entity, clock.when(times), marks, strict=True)
+
+
+def _sentence(event: Separation) -> str:
+    """One separation in words."""
+    length = 1e3 * (event.end - event.start)
+    parts = [f"{event.start:.4f} s  wheel {event.wheel + 1} off {length:.1f} ms at {event.position:.2f} m"]
+    if np.isfinite(event.gap):
+        parts.append(f"gap {1e3 * event.gap:.2f} mm")
+    if np.isfinite(event.landing_force) and event.landing_force > 0:
+        parts.append(f"landing {1e-3 * event.landing_force:.0f} kN")
+    if event.censored:
+        parts.append("cut off")
+    return ", ".join(parts)

@@ -1,0 +1,140 @@
+"""Opening recordings in the rerun viewer, or saying what to do where it cannot run."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+STARTED = 3.0  # a viewer that lives this long has found its display and its graphics device [s]
+
+
+class ViewerUnavailable(RuntimeError):
+    """The viewer cannot be shown here; the text says in one line what to do instead. Commands exit with 2."""
+
+    exit_code = 2
+
+
+def recordings(path: str | Path, *, run: str | None = None) -> list[Path]:
+    """Find the recordings to view: one file, or all of a folder, or those of one run.
+
+    Args:
+        path: An .rrd file or a campaign folder.
+        run: A run's printed id, "c03-s000127".
+
+    Returns:
+        Files in the order of their names, at least one.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise ValueError(f"{path}: no such file or folder; expected a campaign folder or an .rrd file")
+    if path.is_file() and path.suffix != ".rrd":
+        raise ValueError(f"{path}: not an .rrd file; expected a campaign folder or an .rrd file")
+    found = [path] if path.is_file() else sorted(path.rglob("*.rrd"))
+    found = [file for file in found if not file.name.startswith(".")]
+    if run is not None:
+        kept = ", ".join(file.stem for file in found[:8]) + (", ..." if len(found) > 8 else "")
+        found = [file for file in found if file.stem == run]
+        if not found:
+            raise ValueError(
+                f"run {run} has no recording in {path} (kept: {kept or 'none'}); "
+                f"`tbatch replay {path} --run {run} --rrd {run}.rrd` writes one"
+            )
+    if not found:
+        raise ValueError(
+            f"{path}: no recordings; keep some with [keep] timelines = \"worst:3\", "
+            f"or write one with `tbatch replay {path} --run ID --rrd FILE`"
+        )
+    return found
+
+
+def view(path: str | Path, *, run: str | None = None, started: float = STARTED) -> int:
+    """Open recordings in a viewer of its own, which stays open when this process ends.
+
+    Args:
+        path: An .rrd file or a campaign folder.
+        run: Show this run only.
+        started: How long to watch for a failing start [s].
+
+    Returns:
+        Number of recordings opened.
+
+    Raises:
+        ViewerUnavailable: No display, no graphics device or no viewer here.
+        ValueError: Nothing to view under that name.
+    """
+    files = recordings(path, run=run)
+    if not has_display(os.environ, sys.platform):
+        raise ViewerUnavailable(f"no display here; {_instead(path, files)}")
+    binary = find_binary()
+    if binary is None:
+        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk); {_instead(path, files)}")
+    # The native program, not the `rerun` script: that one is a parent which would have to stay (rerun 0.41).
+    command = [str(binary), "--bind", "127.0.0.1", *map(str, files)]
+    with tempfile.TemporaryFile() as log:
+        try:
+            child = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
+            )
+        except OSError as error:
+            raise ViewerUnavailable(f"the rerun viewer does not start ({error}); {_instead(path, files)}") from error
+        code = _watch(child, started)
+        if code:
+            log.seek(0)
+            reason = _reason(log.read().decode(errors="replace")) or f"exit code {code}"
+            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}); {_instead(path, files)}")
+    return len(files)
+
+
+def has_display(environment: Mapping[str, str], platform: str) -> bool:
+    """Whether windows can be opened: on Linux an X or Wayland display must be named."""
+    if platform in ("win32", "darwin"):
+        return True
+    return bool(environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"))
+
+
+def find_binary() -> Path | None:
+    """Find the viewer's native program beside its Python package, without importing rerun."""
+    package = importlib.util.find_spec("rerun_cli")
+    if package is None or package.origin is None:
+        return None
+    folder = Path(package.origin).parent
+    names = {"win32": ["rerun.exe"], "darwin": ["Rerun.app/Contents/MacOS/Rerun", "rerun"]}
+    return next((folder / name for name in names.get(sys.platform, ["rerun"]) if (folder / name).exists()), None)
+
+
+def _watch(child: subprocess.Popen[bytes], seconds: float) -> int | None:
+    """Wait a moment for an early end; None while the viewer runs."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        code = child.poll()
+        if code is not None:
+            return code
+        time.sleep(0.05)
+    return None
+
+
+def _reason(output: str) -> str:
+    """Pick what a failed start says about its reason."""
+    lines = [re.sub(r"\x1b\[[0-9;]*m", "", line).strip() for line in output.splitlines()]
+    for line in lines:
+        if line.startswith("Error:"):
+            return line.rsplit(": ", 1)[-1]
+        if " panicked at " in line:
+            return line.split(" panicked at ", 1)[1].strip("'")
+    return next((line[:200] for line in reversed(lines) if line), "")
+
+
+def _instead(path: str | Path, files: Sequence[Path]) -> str:
+    """Say how to look at the files from elsewhere."""
+    what = str(files[0]) if len(files) == 1 else f"{path}{os.sep}**{os.sep}*.rrd"
+    return (
+        f"copy {what} to a machine with a display and run `rerun` on it, or run here `rerun --serve-web --bind "
+        f"127.0.0.1 {what}`, forward ports 9090 and 9876 (ssh -L) and open the address it prints"
+    )
