@@ -17,12 +17,12 @@ import pyarrow as pa
 
 from tbatch.campaign.durable import make_folder
 from tbatch.campaign.executor import Local
-from tbatch.campaign.keep import parse_worst, worst_runs
+from tbatch.campaign.keep import worst_runs
 from tbatch.campaign.lock import FolderLock
 from tbatch.campaign.records import BatchResult, RunInputs, shard_tables
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
-from tbatch.campaign.store import RECORDINGS, Message, Store
+from tbatch.campaign.store import RECORDINGS, SCENARIO_NAME, Message, Store
 from tbatch.scenario.run_name import parse_run_name, run_name
 
 if TYPE_CHECKING:
@@ -151,12 +151,11 @@ class Campaign:
     def kept(self) -> list[str]:
         """Names of the runs that the scenario keeps as recordings."""
         keep = self.scenario.keep
-        count = parse_worst(keep)
-        if count is not None:
+        pairs = list(keep.runs)
+        if keep.worst:
             wheels = self.table("wheels", ("case", "sample", "longest", "force_max"))
-            pairs = worst_runs(self.table("runs", ("case", "sample", "status")), wheels, count)
-            return [run_name(case, sample) for case, sample in pairs]
-        return [] if keep == "none" else [str(name) for name in keep]
+            pairs = worst_runs(self.table("runs", ("case", "sample", "status")), wheels, keep.worst)
+        return [run_name(*pair) for pair in pairs]
 
     def replay(self, run_id: str, *, save: Any = None, progress: Any = None) -> "Result":
         """Simulates one run again from its seed, bit for bit, with histories.
@@ -258,7 +257,7 @@ def _simulate(campaign: Campaign, report: Report) -> None:
     missing = campaign.missing()
     if not missing:
         return
-    executor, scenario = campaign.executor, campaign.scenario
+    executor = campaign.executor
     report(Progress("building", 0, sum(map(len, missing)), 0, 0, 0))
     total_runs = sum(len(shard) for shard in missing)
     steps_per_run = executor.steps_per_run()
@@ -281,7 +280,7 @@ def _simulate(campaign: Campaign, report: Report) -> None:
         steps = int(np.sum(result.steps))
         rate = steps / seconds
         tell("storing", steps, result.separations.num_rows)
-        campaign.store.commit(_tables(scenario, batch, pairs, result), run_steps=steps, seconds=seconds)
+        campaign.store.commit(_tables(campaign, batch, pairs, result), run_steps=steps, seconds=seconds)
         missing = missing[len(batch) :]
         runs_done += len(pairs)
         steps_done += steps
@@ -290,10 +289,13 @@ def _simulate(campaign: Campaign, report: Report) -> None:
 
 
 def _tables(
-    scenario: "Scenario", batch: Sequence[Shard], pairs: Sequence[tuple[int, int]], result: BatchResult
+    campaign: Campaign, batch: Sequence[Shard], pairs: Sequence[tuple[int, int]], result: BatchResult
 ) -> dict[Shard, dict[str, pa.Table]]:
+    scenario = campaign.scenario
+    distance = float(campaign.store.resolved["run"]["distance"])
     inputs = [
-        RunInputs(scenario.speeds[case], scenario.duration(case), scenario.evaluated_length(case)) for case, _ in pairs
+        RunInputs(scenario.speeds[case], distance / scenario.speeds[case], scenario.evaluated_length(case))
+        for case, _ in pairs
     ]
     return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)
 
@@ -323,7 +325,7 @@ def stored_scenario(store: Store) -> "Scenario":
     """The scenario of a campaign folder."""
     from tbatch.scenario import Scenario
 
-    return Scenario.load(store.folder / "campaign.toml")
+    return Scenario.from_tables(store.resolved, file=str(store.folder / SCENARIO_NAME))
 
 
 def _rows(table: pa.Table, column: str, value: int) -> pa.Table:

@@ -1,23 +1,34 @@
-"""Which campaign a folder holds: its resolved scenario, all but the number of runs."""
+"""Which campaign a folder holds: its resolved scenario, but for the number of runs and where files lie.
 
+More runs extend a campaign, they do not change it; a measured level is known by its checksum, wherever its file lies.
+"""
+
+import copy
 import hashlib
 import json
 from collections.abc import Mapping
 from typing import Any
 
-_RUNS = ("campaign", "runs")
+_RUNS = "campaign.runs"
+_PLACES = ("irregularity.measured.file",)
 _ABSENT = "absent"
 
 
 def canonical(document: Any) -> str:
     """A document as JSON text that is the same for the same content. Floats keep every bit."""
-    return json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return json.dumps(document, sort_keys=True, separators=(",", ":"))
 
 
 def identity(resolved: Mapping[str, Any]) -> str:
-    """SHA-256 of a resolved scenario without ``campaign.runs``: more runs extend a campaign, they do not change it."""
-    campaign = {key: value for key, value in resolved.get("campaign", {}).items() if key != _RUNS[1]}
-    return hashlib.sha256(canonical({**resolved, "campaign": campaign}).encode()).hexdigest()
+    """SHA-256 of what decides the results; the same as ``Scenario.hash``."""
+    deciding = copy.deepcopy(dict(resolved))
+    for key in (_RUNS, *_PLACES):
+        *tables, name = key.split(".")
+        table: Any = deciding
+        for part in tables:
+            table = table.get(part, {})
+        table.pop(name, None)
+    return hashlib.sha256(canonical(deciding).encode()).hexdigest()
 
 
 def run_count(resolved: Mapping[str, Any]) -> int:
@@ -28,13 +39,13 @@ def run_count(resolved: Mapping[str, Any]) -> int:
 def changed_keys(stored: Mapping[str, Any], given: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """The keys in which two resolved scenarios differ: dotted key, stored value, given value.
 
-    ``campaign.runs`` counts as changed only where it became less.
+    ``campaign.runs`` counts as changed only where it became less, the place of a file never.
     """
     before, after = dict(_leaves(stored)), dict(_leaves(given))
     changed = []
     for key in sorted(before.keys() | after.keys()):
         old, new = before.get(key, _ABSENT), after.get(key, _ABSENT)
-        if old != new and not (key == ".".join(_RUNS) and int(new) >= int(old)):
+        if old != new and key not in _PLACES and not (key == _RUNS and int(new) >= int(old)):
             changed.append((key, old, new))
     return changed
 

@@ -1,7 +1,5 @@
 """Which runs are kept as recordings: the worst of each speed, chosen ones, or none."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pyarrow as pa
 
@@ -33,13 +31,6 @@ def worst_runs(runs: pa.Table, wheels: pa.Table, count: int) -> list[tuple[int, 
         of_case = [(-longest, -force, sample) for (c, sample), (longest, force) in grade.items() if c == case]
         chosen += [(case, sample) for _, _, sample in sorted(of_case)[:count]]
     return chosen
-
-
-def parse_worst(keep: str | Sequence[str]) -> int | None:
-    """The k of ``"worst:k"``; None for anything else."""
-    if isinstance(keep, str) and keep.startswith("worst:"):
-        return int(keep.removeprefix("worst:"))
-    return None
 
 
 def _number(value: float | None) -> float:

@@ -183,6 +183,9 @@ class Store:
 
     def _write_documents(self, source: str, resolved: dict[str, Any]) -> None:
         """Writes the scenario; while one is replaced, the manifest allows the old and the new."""
+        path = self.folder / SCENARIO_NAME
+        if not source:  # a scenario made from tables, such as those of resolved.json when a campaign is resumed
+            source = path.read_text() if path.exists() else f"# made from tables, see {RESOLVED_NAME}\n"
         texts = {SCENARIO_NAME: source.encode(), RESOLVED_NAME: json.dumps(resolved, indent=1).encode()}
         new = {name: [hash_of(data)] for name, data in texts.items()}
         if self.manifest.documents == new:

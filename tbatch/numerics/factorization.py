@@ -170,10 +170,9 @@ def factorise(track: Track, scheme: TwoStep) -> FactorisedTrack:
         ValueError: If an effective matrix is not positive definite.
     """
     if track.node_dofs == 0:
-        empty = np.zeros(0, np.int32)
-        return FactorisedTrack(
-            RowPattern.empty(), np.zeros((1, 1, 1)), empty, np.zeros((1, 1, 0, 4)), empty, empty, factors=()
-        )
+        empty, rates = np.zeros(0, np.int32), len(scheme.rates)
+        rows, columns = np.zeros((rates, 1, 1)), np.zeros((rates, 1, 0, 4))
+        return FactorisedTrack(RowPattern.empty(), rows, empty, columns, empty, empty, factors=())
     stiffness, damping, mass = track.stiffness, track.damping, track.mass
     factors = []
     for rate in scheme.rates:

@@ -8,21 +8,12 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field as Limits
 from pydantic import ValidationInfo
 
+from tbatch.engine.runs import CHANNELS
 from tbatch.scenario.errors import Findings
 from tbatch.scenario.fields import Field, Quantity, Word, kind_of, refuse
 from tbatch.scenario.run_name import parse_run_name, run_name
 from tbatch.scenario.section import Section
 
-CHANNELS = (
-    "contact_force",
-    "vehicle",
-    "vehicle_acceleration",
-    "rail",
-    "rail_acceleration",
-    "slab",
-    "base",
-    "irregularity",
-)
 _MOST_KEPT = 1000
 
 
@@ -67,7 +58,9 @@ class Keep(Section):
 
     timelines: Annotated[str | tuple[str, ...], Timelines()] = "worst:3"
     """Of each speed the worst (longest separation, then largest force), named runs, or none."""
-    channels: Annotated[tuple[Annotated[str, Word(CHANNELS)], ...] | None, Limits(min_length=1, max_length=8)] = None
+    channels: Annotated[
+        tuple[Annotated[str, Word(CHANNELS)], ...] | None, Limits(min_length=1, max_length=len(CHANNELS))
+    ] = None
     """What is kept; by default all that a dashboard shows."""
     every: Annotated[float | None, Quantity("s", 1e-7, 10.0)] = None
     """Time between kept samples [s], a whole multiple of the step; by default about 0.1 ms."""
@@ -96,11 +89,12 @@ def complete_keep(keep: Keep, track_kind: str, step: float, cases: int, samples:
         findings: Takes what does not fit.
     """
     layers = {"slab": ("rail", "slab", "base"), "rigid": ()}.get(track_kind, ("rail",))
+    under = ("rail_under_wheel",) if layers else ()
     channels = keep.channels
     if channels is None:
-        channels = ("contact_force", "vehicle", "vehicle_acceleration", *layers, "irregularity")
+        channels = ("contact_force", "vehicle", "vehicle_acceleration", *under, *layers, "irregularity")
     for index, channel in enumerate(channels):
-        if channel.removesuffix("_acceleration") in ("rail", "slab", "base") and not channel.startswith(layers):
+        if channel.startswith(("rail", "slab", "base")) and not channel.startswith(layers):
             message = f"does not exist on a {track_kind} track"
             findings.refuse(("keep", "channels", index), message, value=channel, accepted="a layer of the track")
     every = max(1, round(1e-4 / step)) * step if keep.every is None else keep.every

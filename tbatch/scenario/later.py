@@ -46,10 +46,13 @@ def take_out_later(document: dict[str, Any]) -> list[Problem]:
         problems.append(Problem(("vehicle", "count"), "vehicles are not served yet", shown(count), "1"))
     roughness = document.get("irregularity")
     defects = roughness.get("defect") if isinstance(roughness, dict) else None
-    for index, defect in enumerate(defects if isinstance(defects, list) else []):
+    if not isinstance(defects, list):
+        return problems
+    for index, defect in enumerate(defects):
         if isinstance(defect, dict) and defect.get("kind") in DEFECT_KINDS:
             path = ("irregularity", "defect", index, "kind")
             problems.append(Problem(path, "is not served yet", shown(defect["kind"]), '"flat"'))
+            defects[index] = {"kind": "flat", "at": 0.0, "depth": 0.0, "length": 1.0}  # its other keys are not ours
     return problems
 
 

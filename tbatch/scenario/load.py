@@ -54,7 +54,8 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
     sections = _sections(tables, incomplete, findings)
     campaign, speed, integration = (sections.get(name) for name in ("campaign", "speed", "integration"))
 
-    vehicle, track = _vehicle(sections, incomplete, findings), _track(sections, findings)
+    vehicle: VehicleSection | None = _completed("vehicle", complete_vehicle, sections, findings)
+    track: TrackSection | None = _completed("track", complete_track, sections, findings)
     if vehicle and track:
         _check_rails(vehicle, track, findings)
     if contact := sections.get("contact"):
@@ -143,7 +144,8 @@ def _translated(
         accepted = accepted_at(section, place, context)
         told = None if isinstance(value, dict) else shown(value)
         if kind == "tbatch":
-            message, accepted = detail["ctx"]["message"], detail["ctx"]["accepted"]
+            said = detail.get("ctx", {})
+            message, accepted = said["message"], said["accepted"]
         elif kind == "missing":
             if incomplete:
                 continue
@@ -181,14 +183,6 @@ def _better(key: str, table: str, keys: list[str]) -> str:
         if section is not None and other != table and key in section.model_fields:
             return f"; it belongs in [{other}]"
     return ""
-
-
-def _vehicle(sections: dict[str, Any], incomplete: set[Any], findings: Findings) -> VehicleSection | None:
-    return _completed("vehicle", complete_vehicle, sections, findings)
-
-
-def _track(sections: dict[str, Any], findings: Findings) -> TrackSection | None:
-    return _completed("track", complete_track, sections, findings)
 
 
 def _completed(name: str, complete: Any, sections: dict[str, Any], findings: Findings) -> Any:

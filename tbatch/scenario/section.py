@@ -86,6 +86,7 @@ def complete(section: S, table: str, parameters: type, entry: Any, findings: Fin
         optional = not entry and field.default is not dataclasses.MISSING
         given = getattr(section, field.name)
         kind = _pair(type(section), field.name)
+        missing: list[tuple[str, ...]]
         if kind is None:
             filled[field.name] = default if given is None else given
             missing = [] if optional or filled[field.name] is not None else [(field.name,)]

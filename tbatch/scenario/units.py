@@ -89,7 +89,7 @@ def _factor(written: str, unit: str) -> Fraction:
 
 def _parse(written: str) -> Any:
     """Return pint's unit for a checked text."""
-    tokens = _UNIT.findall(written) if len(written) <= _LONGEST_UNIT else []
+    tokens: list[str] = _UNIT.findall(written) if len(written) <= _LONGEST_UNIT else []
     if "".join(tokens) != written:
         raise UnitError(f"has a unit that cannot be read: {written[:_LONGEST_UNIT]!r}")
     # In "cycle/m" a cycle is a count; pint would make it 2 pi radians.
@@ -105,4 +105,5 @@ def _registry() -> Any:
     import pint
 
     # Fractions make every conversion exact. (Printing a unit of such a registry fails in pint 0.25: we never do.)
-    return pint.UnitRegistry(non_int_type=Fraction)
+    exact: Any = Fraction
+    return pint.UnitRegistry(non_int_type=exact)

@@ -16,18 +16,21 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 if TYPE_CHECKING:
     from rich.progress import Progress as RichProgress
 
+LINE_INTERVAL = 10.0  # least time between two plain lines [s]
+DRAW_INTERVAL = 0.1  # least time between two drawings of the bar [s]
+
 
 class Progress(Protocol):
-    """What a computation tells after every chunk."""
+    """What a computation tells after every chunk of steps; a `phase` in one word may be added."""
 
     @property
     def run_steps_done(self) -> int:
-        """Run-steps finished so far."""
+        """Run-steps finished since this process began."""
         ...
 
     @property
     def run_steps_total(self) -> int:
-        """Run-steps of the whole computation."""
+        """Run-steps this process is to do; 0 while not known."""
         ...
 
     @property
@@ -37,35 +40,32 @@ class Progress(Protocol):
 
 
 class ProgressDisplay:
-    """Shows progress while used as a context; call it with each Progress.
-
-    Args:
-        title: A word or two in front, such as the campaign's name.
-        run_steps_before: Run-steps that were done before this process began (a resumed campaign): they count as
-            done, not as speed.
-        stream: Where to write; default standard error.
-        interval: Least time between two plain lines [s].
-        clock: Gives the time [s]; another one is for tests.
-    """
+    """Shows progress while used as a context; call it with each Progress."""
 
     def __init__(
         self,
         title: str = "",
         *,
-        run_steps_before: int = 0,
         stream: TextIO | None = None,
-        interval: float = 10.0,
+        interval: float = LINE_INTERVAL,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Choose the form; nothing is written yet."""
+        """Choose the form; nothing is written yet.
+
+        Args:
+            title: A word or two in front, such as the campaign's name.
+            stream: Where to write; default standard error.
+            interval: Least time between two plain lines [s].
+            clock: Gives the time [s].
+        """
         self._title = title
         self._stream = sys.stderr if stream is None else stream
         self._interval = interval
         self._clock = clock
-        self._before = run_steps_before
         self._began = clock()
-        self._shown: tuple[float, int] | None = None
         self._last: Progress | None = None
+        self._line = ""
+        self._shown_at: float | None = None
         self._bar: RichProgress | None = None
 
     def __enter__(self) -> ProgressDisplay:
@@ -74,27 +74,29 @@ class ProgressDisplay:
         if _is_terminal(self._stream):
             self._bar = _bar(self._stream)
             self._bar.start()
-            self._bar.add_task(self._title or "run-steps", total=None, state="")
+            self._bar.add_task(self._title, total=None, state="")
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Show the last state; an interrupted computation shows how far it came."""
-        with suppress(OSError, ValueError):
-            if self._last is not None and (self._shown is None or self._shown[1] != self._last.run_steps_done):
-                self._show(self._last)
-            if self._bar is not None:
+        """Show the last state: also an interrupted computation says how far it came."""
+        if self._last is not None:
+            self._show(self._last)
+        if self._bar is not None:
+            with suppress(OSError, ValueError):
                 self._bar.stop()
 
     def __call__(self, progress: Progress) -> None:
         """Take the state after a chunk and show it if it is time."""
         now = self._clock()
+        if progress.run_steps_done == 0:
+            self._began = now  # building the model and compiling are not run-steps
         self._last = progress
-        pause = 0.1 if self._bar is not None else self._interval
-        if self._shown is None or now - self._shown[0] >= pause:
-            with suppress(OSError, ValueError):
-                self._show(progress)
+        pause = self._interval if self._bar is None else DRAW_INTERVAL
+        if self._shown_at is None or now - self._shown_at >= pause:
+            self._shown_at = now
+            self._show(progress)
 
     def message(self, text: str) -> None:
         """Write a line above the bar, or among the plain lines."""
@@ -102,35 +104,44 @@ class ProgressDisplay:
             if self._bar is not None:
                 self._bar.console.print(text, markup=False, highlight=False, soft_wrap=True)
             else:
-                self._line(text)
+                self._write(text)
 
     def describe(self, progress: Progress) -> str:
         """Put the state in words: rate, time left, separations."""
-        elapsed = self._clock() - self._began
-        fresh = progress.run_steps_done - self._before
-        words = []
-        if elapsed > 0 and fresh > 0:
-            rate = fresh / elapsed
-            left = max(progress.run_steps_total - progress.run_steps_done, 0) / rate
-            words = [f"{_short(rate)} run-steps/s", f"{_clock_face(left)} left"]
+        elapsed, done = self._clock() - self._began, progress.run_steps_done
         count = progress.separations
-        return ", ".join([*words, f"{count:,} separation{'' if count == 1 else 's'}".replace(",", " ")])
+        words = [f"{count:,} separation{'' if count == 1 else 's'}"]
+        if elapsed > 0 and done > 0:
+            rate = done / elapsed
+            left = max(progress.run_steps_total - done, 0) / rate
+            words = [f"{_short(rate)} run-steps/s", f"{_clock_face(left)} left", *words]
+        return ", ".join(words)
 
     def _show(self, progress: Progress) -> None:
         done, total = progress.run_steps_done, progress.run_steps_total
+        phase = str(getattr(progress, "phase", ""))
+        name = " ".join(word for word in (self._title, phase) if word)
         state = self.describe(progress)
-        self._shown = (self._clock(), done)
-        if self._bar is not None:
-            task = self._bar.task_ids[0]
-            self._bar.update(task, completed=done, total=total, state=state)
-            self._bar.refresh()
-        else:
-            share = 100 if total <= 0 else int(100 * done / total)
-            self._line(f"{self._title + ': ' if self._title else ''}{share} %, {state}")
+        with suppress(OSError, ValueError):
+            if self._bar is not None:
+                task = self._bar.task_ids[0]
+                self._bar.update(task, description=name, completed=done, total=total or None, state=state)
+                self._bar.refresh()
+                return
+            share = f"{100 * done // total} %, " if total > 0 else ""
+            line = f"{name + ': ' if name else ''}{share}{state}"
+            if line != self._line:
+                self._line = line
+                self._write(line)
 
-    def _line(self, text: str) -> None:
-        self._stream.write(text + "\n")
+    def _write(self, line: str) -> None:
+        self._stream.write(line + "\n")
         self._stream.flush()
+
+
+def progress_on(stream: TextIO, title: str = "") -> ProgressDisplay:
+    """Show progress on a stream: `with progress_on(sys.stderr) as display: ... display(progress)`."""
+    return ProgressDisplay(title, stream=stream)
 
 
 def _is_terminal(stream: TextIO) -> bool:
@@ -150,8 +161,13 @@ def _bar(stream: TextIO) -> RichProgress:
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn
     from rich.progress import Progress as RichProgress
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[state]}"))
-    # No refresh thread: the bar is drawn when a chunk is done, and forks find no thread to lose.
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(bar_width=30),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[state]}", markup=False),
+    )
+    # No refresh thread: the bar is drawn when a chunk is done, and a fork finds no thread to lose.
     return RichProgress(*columns, console=Console(file=stream), auto_refresh=False)
 
 
@@ -165,7 +181,6 @@ def _short(number: float) -> str:
 
 def _clock_face(seconds: float) -> str:
     """Print a duration as h:mm:ss or m:ss."""
-    whole = round(seconds)
-    hours, rest = divmod(whole, 3600)
+    hours, rest = divmod(round(seconds), 3600)
     minutes, last = divmod(rest, 60)
     return f"{hours}:{minutes:02d}:{last:02d}" if hours else f"{minutes}:{last:02d}"

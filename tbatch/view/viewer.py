@@ -15,10 +15,8 @@ from pathlib import Path
 STARTED = 3.0  # a viewer that lives this long has found its display and its graphics device [s]
 
 
-class ViewerUnavailable(RuntimeError):
-    """The viewer cannot be shown here; the text says in one line what to do instead. Commands exit with 2."""
-
-    exit_code = 2
+class ViewerUnavailable(ValueError):
+    """The viewer was asked for where it cannot be shown; the text says in one line what to do instead."""
 
 
 def recordings(path: str | Path, *, run: str | None = None) -> list[Path]:
@@ -54,42 +52,35 @@ def recordings(path: str | Path, *, run: str | None = None) -> list[Path]:
     return found
 
 
-def view(path: str | Path, *, run: str | None = None, started: float = STARTED) -> int:
+def open_viewer(files: Sequence[str | Path], *, started: float = STARTED) -> None:
     """Open recordings in a viewer of its own, which stays open when this process ends.
 
     Args:
-        path: An .rrd file or a campaign folder.
-        run: Show this run only.
+        files: The .rrd files.
         started: How long to watch for a failing start [s].
-
-    Returns:
-        Number of recordings opened.
 
     Raises:
         ViewerUnavailable: No display, no graphics device or no viewer here.
-        ValueError: Nothing to view under that name.
     """
-    files = recordings(path, run=run)
+    files = [Path(file).absolute() for file in files]
     if not has_display(os.environ, sys.platform):
-        raise ViewerUnavailable(f"no display here; {_instead(path, files)}")
+        raise ViewerUnavailable(f"no display here: {_instead(files)}")
     binary = find_binary()
     if binary is None:
-        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk); {_instead(path, files)}")
-    # The native program, not the `rerun` script: that one is a parent which would have to stay (rerun 0.41).
+        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk): {_instead(files)}")
+    # The native program, not the `rerun` script, which would have to stay as its parent (rerun 0.41); and on the
+    # loopback alone, since a viewer listens to the whole network by default.
     command = [str(binary), "--bind", "127.0.0.1", *map(str, files)]
     with tempfile.TemporaryFile() as log:
         try:
-            child = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
-            )
+            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
         except OSError as error:
-            raise ViewerUnavailable(f"the rerun viewer does not start ({error}); {_instead(path, files)}") from error
+            raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {_instead(files)}") from error
         code = _watch(child, started)
         if code:
             log.seek(0)
             reason = _reason(log.read().decode(errors="replace")) or f"exit code {code}"
-            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}); {_instead(path, files)}")
-    return len(files)
+            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}): {_instead(files)}")
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:
@@ -131,9 +122,9 @@ def _reason(output: str) -> str:
     return next((line[:200] for line in reversed(lines) if line), "")
 
 
-def _instead(path: str | Path, files: Sequence[Path]) -> str:
+def _instead(files: Sequence[Path]) -> str:
     """Say how to look at the files from elsewhere."""
-    what = str(files[0]) if len(files) == 1 else f"{path}{os.sep}**{os.sep}*.rrd"
+    what = " ".join(map(str, files)) if len(files) < 3 else f"{files[0].parent}{os.sep}*.rrd"
     return (
         f"copy {what} to a machine with a display and run `rerun` on it, or run here `rerun --serve-web --bind "
         f"127.0.0.1 {what}`, forward ports 9090 and 9876 (ssh -L) and open the address it prints"

@@ -52,7 +52,7 @@ def test_every_run_is_stored_once_with_its_inputs(tmp_path):
         "seed": 7,
         "status": 1,
         "steps": STEPS,
-        "duration": 1.0,
+        "duration": 0.5,
         "evaluated_length": 45.0,
     }
     assert campaign.diverged == 1

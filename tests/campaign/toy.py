@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from tbatch.scenario.keep import Keep
+
 WHEELS = 2
 STEPS = 1000
 
@@ -21,7 +23,7 @@ class ToyScenario:
     name: str = "toy"
     seed: int = 7
     speeds: tuple[float, ...] = (50.0, 100.0)
-    keep: Any = "none"
+    keep: Keep = Keep(timelines="none")
     limits_diverged: int = 0
     step: float = 1e-3
 
@@ -34,7 +36,10 @@ class ToyScenario:
         """With every default, in SI."""
         return {
             "campaign": {"name": self.name, "runs": self.samples, "seed": self.seed},
+            "vehicle": {"rails": 2},
+            "contact": {"law": "hertz"},
             "speed": {"values": list(self.speeds)},
+            "run": {"distance": 50.0},
             "integration": {"step": self.step},
             "irregularity": {"defect": [{"kind": "flat", "depth": 1e-3}]},
         }
@@ -42,10 +47,6 @@ class ToyScenario:
     def evaluated_length(self, case: int) -> float:
         """Length over which wheel 1 counts [m]."""
         return 45.0
-
-    def duration(self, case: int) -> float:
-        """Simulated time [s]."""
-        return 1.0
 
 
 @dataclass

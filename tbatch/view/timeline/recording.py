@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 
 from tbatch.view import palette
@@ -36,7 +38,7 @@ def write(record: RunRecord, path: Path) -> Path:
             stream.set_log_time_enabled(False)
             stream.send_recording_name(record.name)
             if record.properties:
-                stream.send_property("run", rr.AnyValues(**_plain(record)))
+                stream.send_property("run", _properties(record))
             stream.log("sheet", rr.TextDocument(run_sheet(record), media_type="text/markdown"), static=True)
             _histories(stream, record, clock)
             _contact(stream, record, clock)
@@ -47,12 +49,23 @@ def write(record: RunRecord, path: Path) -> Path:
     return path
 
 
-def _plain(record: RunRecord) -> dict[str, str | int | float | bool]:
+class _Cell:
+    """One property's value as a batch of its own type.
+
+    rr.AnyValues would fix a name's type for the whole process by the first value seen, and refuse 1.5 after 1
+    (rerun 0.41).
+    """
+
+    def __init__(self, value: Any) -> None:
+        self._value = value.item() if isinstance(value, np.generic) else value
+
+    def as_arrow_array(self) -> pa.Array:
+        return pa.array([self._value])
+
+
+def _properties(record: RunRecord) -> list[rr.DescribedComponentBatch]:
     """Properties as the plain kinds that become columns of the viewer's table of runs."""
-    plain: dict[str, str | int | float | bool] = {}
-    for name, value in record.properties.items():
-        plain[name] = value.item() if isinstance(value, np.generic) else value
-    return plain
+    return [rr.DescribedComponentBatch(_Cell(value), rr.ComponentDescriptor(name)) for name, value in record.properties.items()]
 
 
 def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
