@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from tbatch.engine.result import Result
     from tbatch.scenario import Scenario
 
-RECORDED_TOGETHER = 16  # runs with full histories in memory at a time
+RECORDED_TOGETHER = 8  # runs with full histories in memory at a time
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,10 @@ def run(
         store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell)
         campaign = Campaign(store, scenario, executor or Local(scenario, threads=threads))
         report = progress or (lambda state: None)
-        _simulate(campaign, report)
+        if campaign.missing():
+            _simulate(campaign, report)
+        else:
+            tell(f"complete already: all {campaign.runs_total} runs are stored in {folder}")
         if recorder is not None:
             _record(campaign, recorder, report)
     return campaign
@@ -255,8 +258,6 @@ def run(
 def _simulate(campaign: Campaign, report: Report) -> None:
     """Simulates and stores what is missing, batch by batch."""
     missing = campaign.missing()
-    if not missing:
-        return
     executor = campaign.executor
     report(Progress("building", 0, sum(map(len, missing)), 0, 0, 0))
     total_runs = sum(len(shard) for shard in missing)

@@ -10,7 +10,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import psutil
 
 from tbatch.campaign.shards import SHARD_SAMPLES
 
@@ -63,9 +62,9 @@ class Local:
     def batch_limit(self, rate: float | None, steps: float) -> int:
         """How many runs to simulate together.
 
-        Enough to keep all threads busy, few enough that the results are stored every ``STORE_EVERY`` seconds and fit
-        into half the free memory. The first batch of a campaign, whose rate is not known yet, is the smallest that
-        keeps all threads busy.
+        Enough to keep all threads busy, few enough that the results are stored every ``STORE_EVERY`` seconds. The
+        first batch of a campaign, whose rate is not known yet, is the smallest that keeps all threads busy. The engine
+        splits a batch that would not fit into memory.
 
         Args:
             rate: Run-steps per second so far, None if not known.
@@ -73,8 +72,7 @@ class Local:
         """
         fill = LANES * max(FULL_BLOCKS, 2 * self.threads)
         wanted = fill if rate is None else int(rate * STORE_EVERY / max(steps, 1.0))
-        memory = psutil.virtual_memory().available // 2 // max(int(self.model.bytes_per_run), 1)
-        return max(SHARD_SAMPLES, min(max(wanted, fill), max(MOST_RUNS, 2 * fill), memory))
+        return max(SHARD_SAMPLES, min(max(wanted, fill), max(MOST_RUNS, 2 * fill)))
 
 
 def usable_cores() -> int:

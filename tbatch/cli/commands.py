@@ -8,6 +8,7 @@ import json
 import os
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -78,15 +79,20 @@ def say(text: str) -> None:
     print(f"tbatch: {text}", file=sys.stderr, flush=True)
 
 
+def _print_version(asked: bool) -> None:
+    if asked:
+        print(f"tbatch {__version__}")
+        raise typer.Exit
+
+
 @app.callback()
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.", is_eager=True)] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and leave.", is_eager=True, callback=_print_version)
+    ] = False,
 ) -> None:
     """How often wheels leave the rail: batched vehicle-track dynamics."""
-    if version:
-        print(f"tbatch {__version__}")
-        raise typer.Exit
 
 
 @app.command()
@@ -168,13 +174,15 @@ def replay(
     """Simulate one run again from its seed, bit for bit, with full histories."""
     from tbatch.campaign.campaign import Campaign
     from tbatch.campaign.summary import replay_text
-    from tbatch.view.kept import write_recordings
+    from tbatch.view.kept import record_of, replay_with_histories
+    from tbatch.view.timeline import write_recording
 
     campaign = Campaign.open(folder, threads=threads)
-    (result,) = write_recordings(campaign, [run_id], {run_id: rrd} if rrd is not None else {})
+    result = replay_with_histories(campaign, [run_id])
     print(replay_text(campaign, run_id, result))
     if rrd is not None:
-        say(f"wrote {rrd}; tbatch view {rrd} shows it")
+        write_recording(record_of(campaign, run_id, result), rrd)
+        say(f"wrote {rrd}; see it with: tbatch view {rrd}")
 
 
 @app.command()
@@ -183,10 +191,11 @@ def view(
     run_id: Annotated[str | None, typer.Option("--run", metavar="ID", help="A run of the campaign.")] = None,
 ) -> None:
     """Show recordings in the rerun viewer."""
-    from tbatch.view.kept import recordings_to_show
-    from tbatch.view.viewer import open_viewer
+    from tbatch.view.viewer import open_viewer, recordings
 
-    open_viewer(recordings_to_show(source, run_id))
+    files = recordings(source, run=run_id)
+    open_viewer(files)
+    say(f"opened {len(files)} recording{'s' if len(files) != 1 else ''} in the rerun viewer")
 
 
 @app.command()
@@ -205,9 +214,9 @@ def bench(as_json: AsJson = False, threads: Threads = None) -> None:
 @app.command("list")
 def list_(what: Annotated[Listed, typer.Argument(help="What to list.")]) -> None:
     """List the vehicles, tracks, spectra or scenarios that come with tbatch."""
-    from tbatch.scenario.listing import listing
+    from tbatch.scenario import list_catalogue
 
-    for name, text in listing(what.value):
+    for name, text in list_catalogue(what.value):
         print(f"{name:24} {text}".rstrip())
 
 
@@ -240,20 +249,33 @@ for _name, _what in _LATER.items():
 
 def _carry_out(scenario: "Scenario", folder: Path | None, threads: int | None) -> None:
     """Runs what is missing, prints what there is, and judges it."""
+    from tbatch.campaign.campaign import Progress
     from tbatch.campaign.campaign import run as run_campaign
     from tbatch.campaign.summary import summary_text
     from tbatch.cli.interruption import Interruption
     from tbatch.view.kept import write_kept
-    from tbatch.view.progress import progress_on
+    from tbatch.view.progress import ProgressDisplay
 
     folder = folder or Path("results") / scenario.name
-    with Interruption(f"resume with: tbatch resume {folder}") as interruption, progress_on(sys.stderr) as display:
+    for warning in scenario.warnings:
+        say(f"warning: {warning}")
+    with (
+        Interruption(f"resume with: tbatch resume {folder}") as interruption,
+        ExitStack() as meter,
+    ):
+        display = meter.enter_context(ProgressDisplay(scenario.name))
 
-        def show(state: Any) -> None:
-            display(state)
+        def show(state: Progress) -> None:
+            if state.phase == "recording":
+                meter.close()
+                say(f"recordings of the kept runs: {state.runs_done} of {state.runs_total}")
+            else:
+                display(state)
             interruption.check()
 
-        campaign = run_campaign(scenario, out=folder, threads=threads, progress=show, message=say, recorder=write_kept)
+        campaign = run_campaign(
+            scenario, out=folder, threads=threads, progress=show, message=display.message, recorder=write_kept
+        )
     print(summary_text(campaign))
     if campaign.diverged > scenario.limits_diverged:
         say(f"{campaign.diverged} runs diverged, limits.diverged allows {scenario.limits_diverged}")

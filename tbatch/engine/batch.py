@@ -156,7 +156,7 @@ class Batch:
 
     def lanes(self, rows: np.ndarray) -> np.ndarray:
         """Reorder (block, row, lane) as (run, row), spare lanes left out."""
-        return rows.swapaxes(1, 2).reshape(-1, rows.shape[1])[: self.count]
+        return rows.swapaxes(1, 2).reshape(len(rows) * LANES, rows.shape[1])[: self.count]
 
     @property
     def status(self) -> np.ndarray:

@@ -29,6 +29,8 @@ def take_out_later(document: dict[str, Any]) -> list[Problem]:
         table = _at(document, path[:-1])
         if isinstance(table, dict) and path[-1] in table:
             value = table.pop(path[-1])
+            if not table and len(path) > 2:
+                del document[path[0]][path[1]]  # the table of a dotted limit
             told = None if isinstance(value, dict | list) else shown(value)
             problems.append(Problem(path, "is not served yet", told, accepted))
     track = document.get("track")

@@ -140,7 +140,7 @@ class ProgressDisplay:
 
 
 def progress_on(stream: TextIO, title: str = "") -> ProgressDisplay:
-    """Show progress on a stream: `with progress_on(sys.stderr) as display: ... display(progress)`."""
+    """Make a display for a stream, to be used as a context."""
     return ProgressDisplay(title, stream=stream)
 
 

@@ -108,7 +108,7 @@ class RunRecord:
     base: Array | None = None
     # base plate deflection at these places [m], shape (row, point)
     rail_under_wheel: Array | None = None
-    # rail deflection under each wheel [m], shape (n, wheel); None: interpolated from `rail` if its times are `time`
+    # rail deflection under each wheel [m], shape (n, wheel); None: interpolated from `rail`
     irregularity: Array | None = None
     # irregularity that each wheel meets, its own profile included [m], shape (n, wheel)
     line: tuple[Array, Array] | None = None
@@ -162,8 +162,8 @@ class RunRecord:
     @cached_property
     def samples(self) -> int:
         """Number of samples up to the run's end: histories are NaN after it."""
-        finite = np.isfinite(self.contact_force).all(axis=1)
-        return len(finite) if finite.all() else int(np.argmin(finite))
+        ended = np.flatnonzero(~np.isfinite(self.contact_force).all(axis=1))
+        return int(ended[0]) if len(ended) else len(self.time)
 
     @property
     def wheel_position(self) -> Array:

@@ -70,17 +70,15 @@ class Scene:
 def build_scene(record: RunRecord) -> Scene:
     """Place everything for every picture of a run."""
     frames = choose_frames(record)
-    factor = choose_exaggeration(record)
+    factor = choose_exaggeration(record, frames)
     reach = (-float(np.max(record.wheel_offsets)) - MARGIN, MARGIN)
     lines = track_lines(record, frames, factor, reach)
     bodies = drawn_bodies(record, frames, factor)
     wheels = [body for body in bodies if body.kind == "wheelset"]
-    drop = np.array([0.0, 0.0, record.wheel_radius])
+    bottom = np.zeros((len(frames), record.wheel_count, 3))
+    bottom[:, :, 0] = -np.asarray(record.wheel_offsets)
     if len(wheels) == record.wheel_count:
-        bottom = np.stack([wheel.place - drop for wheel in wheels], axis=1)
-    else:
-        bottom = np.zeros((len(frames), record.wheel_count, 3))
-        bottom[:, :, 0] = -np.asarray(record.wheel_offsets)
+        bottom[:, :, 2] = np.stack([wheel.place[:, 2] for wheel in wheels], axis=1) - record.wheel_radius
     return Scene(
         exaggeration=factor,
         frames=frames,
@@ -103,29 +101,30 @@ def choose_frames(record: RunRecord) -> Samples:
     return np.union1d(regular, np.clip(samples, 0, n - 1)).astype(np.intp)
 
 
-def choose_exaggeration(record: RunRecord) -> int:
+def choose_exaggeration(record: RunRecord, frames: Samples) -> int:
     """Pick the largest round factor (1, 2, 5, 10, ... 500) that keeps rail and wheels within ROOM."""
-    n = record.samples
-    seen = [np.zeros(1)]
-    under = under_wheels(record)
+    drawn = [np.zeros(1)]
+    under = under_wheels(record, frames)
     if under is not None:
-        seen.append(under[:n])
+        drawn.append(under)
     if record.irregularity is not None:
-        seen.append(record.irregularity[:n] + (0.0 if under is None else under[:n]))
+        level = np.asarray(record.irregularity)[frames]
+        drawn += [level, level if under is None else level + under]
     if record.vehicle is not None:
         wheels = [body.vertical_dof for body in record.bodies if body.kind == "wheelset"]
-        seen.append(np.asarray(record.vehicle)[:n, wheels])
-    largest = max(float(np.nanmax(np.abs(part), initial=0.0)) for part in seen)
+        drawn.append(np.asarray(record.vehicle)[frames][:, wheels])
+    largest = max(float(np.nanmax(np.abs(part), initial=0.0)) for part in drawn)
     return max((factor for factor in (1, 2, 5, 10, 20, 50, 100, 200, 500) if factor * largest <= ROOM), default=1)
 
 
-def under_wheels(record: RunRecord) -> Array | None:
-    """Rail deflection under each wheel [m], shape (n, wheel): given, or interpolated from the fixed places."""
+def under_wheels(record: RunRecord, samples: Samples) -> Array | None:
+    """Rail deflection under each wheel [m], shape (sample, wheel): given, or interpolated from the fixed places."""
     if record.rail_under_wheel is not None:
-        return np.asarray(record.rail_under_wheel)
-    if record.rail is None or record.rail_at is None or record.track_time is not None:
+        return np.asarray(record.rail_under_wheel)[samples]
+    rows = _track_rows(record, record.rail, samples)
+    if rows is None or record.rail_at is None:
         return None
-    return along(record.rail_at, record.rail, record.wheel_position)
+    return along(record.rail_at, rows, record.wheel_position[samples])
 
 
 def along(at: Array, values: Array, x: Array) -> Array:
@@ -248,13 +247,19 @@ def gaps(record: RunRecord, frames: Samples) -> Array:
     """Gap under each wheel at the pictures [m], shape (frame, wheel): surface minus wheel, beyond the lift-off."""
     separated = np.asarray(record.contact_force)[frames] == 0.0
     wheels = [body.vertical_dof for body in record.bodies if body.kind == "wheelset"]
-    under = under_wheels(record)
-    known = record.vehicle is not None and record.irregularity is not None and record.lift_off is not None
-    if not known or under is None or len(wheels) != record.wheel_count:
+    under = under_wheels(record, frames)
+    if (
+        under is None
+        or record.vehicle is None
+        or record.irregularity is None
+        or record.lift_off is None
+        or len(wheels) != record.wheel_count
+    ):
         return np.where(separated, np.nan, 0.0)
-    wheel = np.asarray(record.vehicle)[frames][:, wheels]
-    open_by = under[frames] + np.asarray(record.irregularity)[frames] - wheel - record.lift_off
-    return np.where(separated, np.maximum(open_by, 0.0), 0.0)
+    level = np.asarray(record.irregularity)[frames]
+    open_by = under + level - np.asarray(record.vehicle)[frames][:, wheels] - record.lift_off
+    # A force of zero with no gap to see is still a separation.
+    return np.where(separated, np.maximum(open_by, 1e-9), 0.0)
 
 
 def _rounded(points: Array) -> Float32:

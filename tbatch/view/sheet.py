@@ -8,23 +8,24 @@ from tbatch.view.record import RunRecord
 
 
 def run_sheet(record: RunRecord) -> str:
-    """Give the record's own sheet, or make one: title, results wheel by wheel, properties."""
+    """Give the record's own sheet, or make one: results wheel by wheel, then the properties."""
     if record.sheet is not None:
         return record.sheet
-    n = record.samples
-    text = [f"# {record.name}", ""]
-    if record.title:
-        text += [record.title, ""]
-    text += ["| wheel | Q0, kN | max, kN | max Q/Q0 | min | lost | longest, ms | total, ms |"]
-    text += ["|" + "---:|" * 8]
-    for j in range(record.wheel_count):
-        force, load = record.contact_force[:n, j], float(record.static_load[j])
+    last = record.samples - 1
+    text = [f"# {record.name}", "", record.title, ""]
+    text += ["| wheel | Q0, kN | max, kN | max Q/Q0 | min | lost | longest, ms | total, ms |", "|" + "---:|" * 8]
+    for j, ratio in enumerate(record.force_ratio[: last + 1].T):
+        load = 1e-3 * float(record.static_load[j])
+        most, least = float(np.max(ratio)), float(np.min(ratio))
         lengths = [1e3 * (event.end - event.start) for event in record.events if event.wheel == j]
-        text.append(
-            f"| {j + 1} | {1e-3 * load:.1f} | {1e-3 * float(np.max(force)):.1f} | {float(np.max(force)) / load:.2f} "
-            f"| {float(np.min(force)) / load:.2f} | {len(lengths)} | {max(lengths, default=0.0):.1f} | {sum(lengths):.1f} |"
-        )
-    text += ["", f"From {record.position[0]:.1f} m to {record.position[n - 1]:.1f} m (wheel 1), {record.time[n - 1]:.3f} s."]
+        cells = [f"{j + 1}", f"{load:.1f}", f"{most * load:.1f}", f"{most:.2f}", f"{least:.2f}"]
+        cells += [f"{len(lengths)}", f"{max(lengths, default=0.0):.1f}", f"{sum(lengths):.1f}"]
+        text.append("| " + " | ".join(cells) + " |")
+    way = f"{record.position[0]:.1f} m to {record.position[last]:.1f} m"
+    text += [
+        "",
+        f"Wheel 1 from {way} in {record.time[last] - record.time[0]:.3f} s; separations of the warm-up included.",
+    ]
     if record.properties:
         text += ["", "| property | value |", "|---|---|"]
         text += [f"| {name} | {_printed(value)} |" for name, value in record.properties.items()]

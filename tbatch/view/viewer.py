@@ -46,7 +46,7 @@ def recordings(path: str | Path, *, run: str | None = None) -> list[Path]:
             )
     if not found:
         raise ValueError(
-            f"{path}: no recordings; keep some with [keep] timelines = \"worst:3\", "
+            f'{path}: no recordings; keep some with [keep] timelines = "worst:3", '
             f"or write one with `tbatch replay {path} --run ID --rrd FILE`"
         )
     return found

@@ -87,7 +87,7 @@ def synthetic_record(*, seed: int = 3, speed: float = 300 / 3.6, step: float = 1
     track_mass, track_stiffness, track_damping = 300.0, 1.4e8, 1.5e5
     r = irregularity(seed, scale)
 
-    steps = int(round((length - 15.0 - 30.0) / speed / step))
+    steps = round((length - 15.0 - 30.0) / speed / step)
     time = np.arange(steps + 1) * step
     position = 30.0 + speed * time
     level = r(position[:, None] - offsets)

@@ -25,7 +25,7 @@ VIEW_HEIGHT = 0.5206  # tangent of half the viewer's angle of view (55 degrees u
 def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
     """Lay out the views of one run; views that have nothing to show are left out."""
     n = record.samples
-    under = under_wheels(record)
+    under = under_wheels(record, scene.frames)
     top = max(FORCE_TOP, 1.05 * float(np.max(record.force_ratio[:n])))
     overview = "force" if n * record.wheel_count <= POINTS_MAX else "force_overview"
     force_axis = rrb.ScalarAxis(range=(-0.05 * top, top), zoom_lock=True)
@@ -38,15 +38,24 @@ def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
         (0.35 + 0.36 * record.wheel_count, _lanes(whole)),
     ]
     if record.irregularity is not None:
-        name = "Irregularity under the wheels [mm], dip positive"
-        left.append((1.6, _plot("irregularity", name, axis_x=whole, axis_y=_axis(1e3 * record.irregularity[:n]), plot_legend=quiet)))
+        level = 1e3 * record.irregularity[:n]
+        low, high = _span(level)  # a low plot shows few numbers on its axis: say the range in words
+        name = f"Irregularity under the wheels [mm], dip positive: {low:.2f} to {high:.2f}"
+        left.append((1.9, _plot("irregularity", name, axis_x=whole, axis_y=_axis(level), plot_legend=quiet)))
 
     right: list[tuple[float, rrb.View | rrb.Container]] = [
-        (1.9, _plot("force", f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms", axis_y=force_axis, time_ranges=window, plot_legend=quiet))
+        (
+            1.9,
+            _plot(
+                "force", f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms", axis_y=force_axis, time_ranges=window, plot_legend=quiet
+            ),
+        )
     ]
     if under is not None:
         name = "Rail under the wheels [mm], down positive"
-        right.append((1.4, _plot("rail_deflection", name, time_ranges=window, axis_y=_axis(1e3 * under[:n]), plot_legend=quiet)))
+        right.append(
+            (1.4, _plot("rail_deflection", name, time_ranges=window, axis_y=_axis(1e3 * under), plot_legend=quiet))
+        )
     tabs: list[rrb.View] = [rrb.TextDocumentView(origin="/sheet", name="Run sheet")]
     if record.vehicle is not None:
         tabs.append(_plot("displacement", "Vehicle [mm], down positive", axis_x=whole, plot_legend=LEFT_TOP))
@@ -72,9 +81,15 @@ def _plot(entity: str, name: str, **options: Any) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(origin=f"/{entity}", name=name, **options)
 
 
+def _span(values: Array) -> tuple[float, float]:
+    return float(np.min(values)), float(np.max(values))
+
+
 def _axis(values: Array) -> rrb.ScalarAxis:
-    """Span the values, to whole numbers: the viewer labels few others on a low plot."""
-    return rrb.ScalarAxis(range=(np.floor(np.min(values)), np.ceil(np.max(values))))
+    """Span the values with a little room."""
+    low, high = _span(values)
+    room = 0.05 * (high - low) or 0.1
+    return rrb.ScalarAxis(range=(low - room, high + room))
 
 
 def _whole() -> rrb.TimeAxis:

@@ -65,7 +65,10 @@ class _Cell:
 
 def _properties(record: RunRecord) -> list[rr.DescribedComponentBatch]:
     """Properties as the plain kinds that become columns of the viewer's table of runs."""
-    return [rr.DescribedComponentBatch(_Cell(value), rr.ComponentDescriptor(name)) for name, value in record.properties.items()]
+    return [
+        rr.DescribedComponentBatch(_Cell(value), rr.ComponentDescriptor(name))
+        for name, value in record.properties.items()
+    ]
 
 
 def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
@@ -81,9 +84,9 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
         at, rows = extremes(force, blocks)
         _series(stream, "force_overview", wheels, clock.at(at), rows)
-    under = under_wheels(record)
+    under = under_wheels(record, fewer)
     if under is not None:
-        _series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under[fewer])
+        _series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under)
     if record.irregularity is not None:
         _series(stream, "irregularity", wheels, clock.at(fewer), 1e3 * record.irregularity[fewer])
     sprung = [body for body in record.bodies if body.kind != "wheelset"]

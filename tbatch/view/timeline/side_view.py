@@ -66,9 +66,7 @@ def _body(stream: rr.RecordingStream, scene: Scene, body: DrawnBody, clock: Cloc
     stream.send_columns(entity, clock.at(scene.frames), columns, strict=True)
 
 
-def _wheel(
-    stream: rr.RecordingStream, scene: Scene, wheel: int, radius: float, entity: str, clock: Clock
-) -> None:
+def _wheel(stream: rr.RecordingStream, scene: Scene, wheel: int, radius: float, entity: str, clock: Clock) -> None:
     """Draw a wheel as a disc with a rim in the wheel's colour; both turn to the warning colour off the rail."""
     lying = [rr.RotationAxisAngle([1, 0, 0], degrees=90)]
     disc = rr.Cylinders3D.from_fields(
@@ -132,7 +130,7 @@ def _gaps(stream: rr.RecordingStream, scene: Scene, clock: Clock) -> None:
             places.append(foot)
             pointers.append([foot, [x, -0.05, bottom]])
             gap = scene.gap[k, j]
-            labels.append(f"wheel {j + 1} off" + ("" if np.isnan(gap) else f", gap {1e3 * gap:.2f} mm"))
+            labels.append("off the rail" if np.isnan(gap) else f"gap {1e3 * gap:.2f} mm")
     counts = off[shown].sum(axis=1)
     times = clock.at(scene.frames[shown])
     look = rr.Points3D.from_fields(colors=[palette.WARNING], radii=[0.05], show_labels=True)
