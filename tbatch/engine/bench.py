@@ -156,5 +156,3 @@ def _processor() -> str:
         return f"{names[0]} ({len(names)} processors)"
     except (OSError, IndexError):
         return platform.processor() or platform.machine()
-
-

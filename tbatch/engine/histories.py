@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from tbatch.engine import rows as channel_rows
 from tbatch.engine.aligned import aligned_zeros
 from tbatch.engine.batch import Batch
-from tbatch.engine import rows as channel_rows
 from tbatch.engine.model import Model
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import SaveAt
@@ -25,13 +25,14 @@ class Histories:
         steps: Length of each run in steps, shape (run,).
 
     Raises:
-        ValueError: If `save` does not fit the model: a layer or point the track has not, a time no multiple of the step.
+        ValueError: If `save` does not fit the model: a layer or point the track has not, or a time that
+                is no multiple of the step.
     """
 
     def __init__(self, model: Model, save: SaveAt | None, steps: np.ndarray) -> None:
         self.model, self.save = model, save
         self.every_steps = 0 if save is None else _every_steps(save.every, model.step)
-        self.time = np.zeros(0)
+        self.time: np.ndarray = np.zeros(0)
         self.channels: dict[str, np.ndarray] = {}
         self._layers: list[str] = []
         self.probe_rows, self.probe_shape = np.zeros((0, 2), np.int32), np.zeros((0, 4))

@@ -128,9 +128,7 @@ class Preparation:
             self._rests[key] = rest_on_rigid_rail(vehicle, contact, rails)
         return self._rests[key]
 
-    def _own_profiles(
-        self, run: int, vehicle: Vehicle, contact: Contact
-    ) -> tuple[tuple[Profile | None, ...], float]:
+    def _own_profiles(self, run: int, vehicle: Vehicle, contact: Contact) -> tuple[tuple[Profile | None, ...], float]:
         """Profiles of a run's wheels over one turn, and the length of a turn [m]."""
         round_wheels: tuple[Profile | None, ...] = (None,) * vehicle.wheel_count
         entry = None if self.runs.wheel_profile is None else self.runs.wheel_profile[run]

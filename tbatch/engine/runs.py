@@ -113,9 +113,7 @@ class SaveAt:
     rail_at: np.ndarray
     """Points of the channels rail, slab and base [m], shape (point,)."""
 
-    def __init__(
-        self, every: float, channels: Sequence[str] = ("contact_force",), rail_at: ArrayLike = ()
-    ) -> None:
+    def __init__(self, every: float, channels: Sequence[str] = ("contact_force",), rail_at: ArrayLike = ()) -> None:
         """Choose what to save.
 
         Args:

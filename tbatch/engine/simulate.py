@@ -15,6 +15,7 @@ from tbatch.engine.prepare import Preparation, step_counts
 from tbatch.engine.result import Result, separation_table, summary_table
 from tbatch.engine.rows import EVENT_COLUMNS, LANES, MARKS, PER_WHEEL, MarkRows, MemoryRows
 from tbatch.engine.runs import Runs, SaveAt, State
+from tbatch.numerics.run_inputs import RunInputs
 
 LANDING_WINDOW = 5e-3
 """Time after the end of a separation in which its landing force is sought [s]."""
@@ -72,7 +73,8 @@ def simulate(
     waiting = np.argsort(-steps, kind="stable").tolist()
     limit = _memory_limit() if memory is None else memory
     while waiting:
-        inputs, used = [], 0.0
+        inputs: list[RunInputs] = []
+        used = 0.0
         while len(inputs) < len(waiting):
             one = preparation.inputs(waiting[len(inputs)])
             used += bytes_per_run(model, one.profile.coefficient.nbytes)
@@ -84,9 +86,7 @@ def simulate(
         states = [preparation.start(run, one) for run, one in zip(members, inputs, strict=True)]
         for run, one, state in zip(members, inputs, states, strict=True):
             histories.begin(run, one, state)
-        batch = Batch(
-            model, inputs, states, collected.statistics, spare_rows=histories.probe_rows_needed, chunk=most
-        )
+        batch = Batch(model, inputs, states, collected.statistics, spare_rows=histories.probe_rows_needed, chunk=most)
         _advance(model, batch, members, most, chunk is None, threads, histories, collected)
         collected.finish(batch, members)
     return collected.result(runs, histories)
@@ -203,9 +203,7 @@ def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:
 class _Collected:
     """What the batches of one simulation leave behind."""
 
-    def __init__(
-        self, model: Model, count: int, run_steps: int, progress: Callable[[Progress], None] | None
-    ) -> None:
+    def __init__(self, model: Model, count: int, run_steps: int, progress: Callable[[Progress], None] | None) -> None:
         from tbatch.engine.statistics import Statistics
 
         self.model, self.statistics = model, Statistics()

@@ -63,7 +63,8 @@ class BlockFactor:
             try:
                 inverse = cho_solve(cho_factor(block, lower=True), identity)
             except LinAlgError:
-                raise ValueError(f"the track's matrix is not positive definite at node {node}: a dof is loose") from None
+                message = f"the track's matrix is not positive definite at node {node}: a dof is loose"
+                raise ValueError(message) from None
             inverse = 0.5 * (inverse + inverse.T)
             inverse[pinned[node], :] = 0.0
             inverse[:, pinned[node]] = 0.0
@@ -184,9 +185,7 @@ def factorise(track: Track, scheme: TwoStep) -> FactorisedTrack:
     return FactorisedTrack(pattern, rows, node_class, columns, element_class, window_start, factors=tuple(factors))
 
 
-def _rail_columns(
-    factors: list[BlockFactor], rail: tuple[int, int]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _rail_columns(factors: list[BlockFactor], rail: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Columns of K̂⁻¹ at the rail dofs of each element, cut to one window width and grouped in classes."""
     bands = [factor.inverse_band(rail, COLUMN_TOLERANCE) for factor in factors]
     nodes, dofs, _ = factors[0].pivot.shape

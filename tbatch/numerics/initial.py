@@ -43,7 +43,7 @@ class StaticTrack:
         self._columns: dict[tuple[float, ...], np.ndarray] = {}
 
     def columns(self, positions: np.ndarray) -> np.ndarray:
-        """u under a unit force at each position [m/N], shape (node, dof, wheel).
+        """Deflections u under a unit force at each position [m/N], shape (node, dof, wheel).
 
         Raises:
             ValueError: If the track's stiffness matrix is not positive definite.

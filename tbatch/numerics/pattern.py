@@ -15,8 +15,10 @@ from tbatch.physics.track import Track
 if TYPE_CHECKING:
     from tbatch.numerics.factorization import BlockFactor
 
-Rows = tuple[tuple[tuple[int, int], ...], ...]
-"""For each row of a node: (place in the table, column in the block) of its non-zero coefficients."""
+Row = tuple[tuple[int, int], ...]
+"""(Place in the table, column in the block) of a row's non-zero coefficients."""
+Rows = tuple[Row, ...]
+"""The rows of a node."""
 
 CLASS_TOLERANCE = 4e-15
 """Coefficients that differ by less than this fraction of the largest are the same: round-off of the elimination."""

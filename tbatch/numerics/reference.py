@@ -5,13 +5,14 @@ every step. For the algebra of the substeps see `tbatch.numerics.two_step`, for 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from tbatch.numerics.contact_solve import solve_contact
 from tbatch.numerics.factorization import FactorisedTrack
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.pattern import Rows, Stencil
+from tbatch.numerics.pattern import Row, Stencil
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.numerics.two_step import TwoStep
 
@@ -232,9 +233,7 @@ class ReferenceRun:
         return products(self.track, rate, first, a, second, b)
 
 
-def hermite_at(
-    x: np.ndarray, element_length: float, element_count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def hermite_at(x: np.ndarray, element_length: float, element_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Element, local coordinate and Hermite values at x, in the kernels' order of operations.
 
     Args:
@@ -300,7 +299,7 @@ def _shifted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return following, previous
 
 
-def _row_product(values, entries: Rows, x):  # type: ignore[no-untyped-def]
+def _row_product(values: Any, entries: Row, x: Any) -> Any:
     """Sum of coefficient times x over one row's entries, in two interleaved sums; numbers or arrays."""
     if not entries:
         return x[0] * 0.0

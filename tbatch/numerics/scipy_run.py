@@ -1,8 +1,8 @@
 """One run by SciPy's banded solver: the way one would write it without batches.
 
-Same scheme, same exact contact, other algebra: SciPy's banded Cholesky for K̂, sparse products, whole columns of K̂⁻¹, and
-the contact forces' share added after the solve. It is the speed baseline of `tbatch bench` and checks the block
-factorisation and the gathered contact of the batch kernels to round-off.
+Same scheme, same exact contact, other algebra: SciPy's banded Cholesky for K̂, sparse products, whole columns of
+K̂⁻¹, and the contact forces' share added after the solve. It is the speed baseline of `tbatch bench`, and it checks
+the block factorisation and the gathered contact of the batch kernels to round-off.
 """
 
 import numpy as np

@@ -14,14 +14,12 @@ Source: Bathe and Baig, *Computers & Structures* 83 (2005) 2513-2524, for the sc
 """
 
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
 EQUAL_SPLITTING = 2.0 - 2.0**0.5
 """The splitting γ = 2 - √2, for which both substeps have one effective matrix."""
-
-Matrix = TypeVar("Matrix")
 
 
 @dataclass(frozen=True)
@@ -98,7 +96,7 @@ class TwoStep:
         return advanced
 
 
-def effective(stiffness: Matrix, damping: Matrix, mass: Matrix, rate: float) -> Matrix:
+def effective(stiffness: Any, damping: Any, mass: Any, rate: float) -> Any:
     """Effective matrix K + c C + c² M for any kind of array that adds and scales.
 
     Args:
@@ -107,4 +105,4 @@ def effective(stiffness: Matrix, damping: Matrix, mass: Matrix, rate: float) -> 
         mass: M [kg].
         rate: c [1/s], one of `TwoStep.rates`.
     """
-    return stiffness + rate * damping + rate * rate * mass  # type: ignore[operator]
+    return stiffness + rate * damping + rate * rate * mass

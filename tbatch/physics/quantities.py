@@ -78,7 +78,7 @@ def rail_count(field: str, value: object) -> int | None:
         return None
     if isinstance(value, bool) or value not in (1, 2):
         raise ValueError(f"{field} = {value!r}: must be 1 (half model, one rail), 2 (whole model) or None (either)")
-    return int(value)  # type: ignore[call-overload]
+    return int(value)
 
 
 def symmetric_matrix(field: str, value: ArrayLike, size: int | None = None) -> FloatArray:

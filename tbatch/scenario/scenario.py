@@ -213,19 +213,22 @@ class Scenario:
     @staticmethod
     def json_schema() -> dict[str, Any]:
         """Return the JSON schema of a scenario file, for editors."""
-        schema = _without_null_defaults(Document.model_json_schema())
+        schema = _without_null(Document.model_json_schema())
         return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "tbatch scenario"}
 
 
-def _without_null_defaults(schema: Any) -> Any:
-    """Return a schema without ``default: null``, which TOML cannot write."""
+def _without_null(schema: Any) -> Any:
+    """Return a schema without null, which TOML cannot write, and without the defaults of whole tables."""
     if isinstance(schema, list):
-        return [_without_null_defaults(item) for item in schema]
+        return [_without_null(item) for item in schema if item != {"type": "null"}]
     if not isinstance(schema, dict):
         return schema
-    return {
-        key: _without_null_defaults(value) for key, value in schema.items() if not (key == "default" and value is None)
-    }
+    given = {key: value for key, value in schema.items() if key != "default" or not isinstance(value, dict | None)}
+    clean = {key: _without_null(value) for key, value in given.items()}
+    if len(ways := clean.get("anyOf", ())) == 1:
+        del clean["anyOf"]
+        clean |= {key: value for key, value in ways[0].items() if key not in clean}
+    return clean
 
 
 def _set(tables: dict[str, Any], path: Path, value: Any) -> Path | None:

@@ -73,9 +73,9 @@ class Source:
         message, _, at = str(error).rpartition(" (at ")
         numbers = [int(word) for word in at.replace(",", "").replace(")", "").split() if word.isdecimal()]
         if message and at.startswith("end of document"):
-            return Problem(
-                (), f"TOML: {message} at the end of the file", file=self.file, line=self.text.count("\n") + 1
-            )
+            line, column = self.text.count("\n") + 1, len(self.text) - self.text.rfind("\n")
+            message = f"TOML: {message} at the end of the file"
+            return Problem((), message, file=self.file, line=line, column=column)
         if not message or len(numbers) != 2:  # a number with more digits than Python reads
             return Problem((), f"TOML: {error}", file=self.file)
         return Problem((), f"TOML: {message}", file=self.file, line=numbers[0], column=numbers[1])

@@ -62,25 +62,25 @@ def open_viewer(files: Sequence[str | Path], *, started: float = STARTED) -> Non
     Raises:
         ViewerUnavailable: No display, no graphics device or no viewer here.
     """
-    files = [Path(file).absolute() for file in files]
+    paths = [Path(file).absolute() for file in files]
     if not has_display(os.environ, sys.platform):
-        raise ViewerUnavailable(f"no display here: {_instead(files)}")
+        raise ViewerUnavailable(f"no display here: {_instead(paths)}")
     binary = find_binary()
     if binary is None:
-        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk): {_instead(files)}")
+        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk): {_instead(paths)}")
     # The native program, not the `rerun` script, which would have to stay as its parent (rerun 0.41); and on the
     # loopback alone, since a viewer listens to the whole network by default.
-    command = [str(binary), "--bind", "127.0.0.1", *map(str, files)]
+    command = [str(binary), "--bind", "127.0.0.1", *map(str, paths)]
     with tempfile.TemporaryFile() as log:
         try:
             child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
         except OSError as error:
-            raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {_instead(files)}") from error
+            raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {_instead(paths)}") from error
         code = _watch(child, started)
         if code:
             log.seek(0)
             reason = _reason(log.read().decode(errors="replace")) or f"exit code {code}"
-            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}): {_instead(files)}")
+            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}): {_instead(paths)}")
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:

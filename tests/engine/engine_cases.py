@@ -61,6 +61,7 @@ VEHICLES = {
 TRACKS = {
     "slab": lambda: Track.slab("seed-slab", length=32.0),
     "winkler": lambda: Track.winkler("koh-winkler", length=20.0, elements=20),
+    "long winkler": lambda: Track.winkler("koh-winkler", length=60.0, elements=60, rails=2),
     "beam": lambda: Track.beam(length=20.0, elements=8, EI=2e9, mass=2000.0, rayleigh=(0.5, 1e-5)),
     "rigid": lambda: Track.rigid(length=60.0),
 }

@@ -16,11 +16,12 @@ LINES = [
 ]
 
 VALUES = st.sampled_from(
-    ["nan", "inf", "-inf", "1e400", "-1e-400", "0", "-0.0", "1e308", "99999999999999999999", "0x" + "f" * 300, "true"]
-    + ['""', '"auto"', '"5 m"', '"5 kg"', '"1e300 km"', '"\\u0000"', '"nan m"', "'{}'", '"{0}"', '"worst:9"', "'c00-s000000'"]
-    + ["[]", "[1, 2]", '["1 m", "2 m"]', "[[1]]", "{}", "{ x = 1 }", "{ stiffness = 1e6 }", "1979-05-27", "07:32:00"]
-    + ['"seed-slab"', '"seed-multiwheel"', '"koh-column"', '"rigid"', '"beam"', '"flat"', '"metre"', '"random"', '"/dev/zero"']
-)  # fmt: skip
+    """
+    nan inf -inf 1e400 -1e-400 0 -0.0 1e308 99999999999999999999 true 1979-05-27 07:32:00 [] [1,2] [[1]] {} {x=1}
+    {stiffness=1e6} "" "auto" "5\u00a0m" "5m" "5kg" "1e300km" "nan" "{0}" '{}' "worst:9" ["c00-s000000"] ["1m","2m"]
+    "seed-slab" "seed-multiwheel" "koh-column" "rigid" "beam" "flat" "metre" "random" "/dev/zero" "linear" 1 2 0.5 40
+    """.split()
+)
 
 
 def _keys(section: Any, prefix: str) -> list[str]:

@@ -1,5 +1,7 @@
 """A scenario builds what its numbers say: the model, and for each sample a running surface of its own."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -117,7 +119,7 @@ def test_scale_multiplies_the_amplitude() -> None:
     assert twice == pytest.approx(2.0 * Scenario.from_text(ROUGH).irregularity(0)(x), rel=1e-12)
 
 
-def test_a_measured_window_is_the_file_shifted(tmp_path) -> None:  # noqa: ANN001
+def test_a_measured_window_is_the_file_shifted(tmp_path: Path) -> None:
     chainage = 1000.0 + 0.25 * np.arange(2000)
     level = 1e-3 * np.sin(0.7 * chainage)  # 9 m long waves at 36 points each: the spline follows to 1e-8 m
     np.savetxt(tmp_path / "level.csv", np.stack([chainage, 1e3 * level], axis=1), delimiter=",")

@@ -93,10 +93,11 @@ def test_a_line_of_text_names_place_key_value_and_what_is_accepted() -> None:
 
 
 def test_a_syntax_error_has_line_and_column() -> None:
-    problem = only("[campaign]\nname = 'x\n")
-    assert (problem.line, problem.column) == (2, 10)
-    assert str(problem).startswith("my.toml:2:10: TOML: ")
-    assert only("[campaign]\nruns = [1,\n").line == 3
+    problem = only("[campaign]\nruns = \n")
+    assert (problem.line, problem.column) == (2, 8)
+    assert str(problem).startswith("my.toml:2:8: TOML: ")
+    unclosed = only("[campaign]\nruns = [1,\n 2")
+    assert (unclosed.line, unclosed.column) == (3, 3)
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,7 @@ def synthetic_record(*, seed: int = 3, speed: float = 300 / 3.6, step: float = 1
     z[6:] += u
     z[[0, 2, 4]] += u[0]
     inverse = 1 / np.diag(mass)
-    part = 4  # sub-steps: symplectic Euler needs them for the contact resonance
+    part = 2  # sub-steps: symplectic Euler needs them for the contact resonance
     for n in range(steps + 1):
         for _ in range(part):
             f = hertz * np.maximum(z[6:] + rest - u - level[n], 0) ** 1.5

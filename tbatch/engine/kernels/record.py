@@ -117,3 +117,20 @@ def follow_separations(
             for j in range(at.wheels):
                 x = front - memory[b, at.offset + j][lane]
                 follow_separation(at, memory, marks, events, b, lane, j, step, watch, x)
+
+
+@ti.func
+def end_diverged(at: ti.template(), memory: ti.template(), marks: ti.template(), events: ti.template(), b, good, step):
+    """Stop the running lanes whose contact solve failed in the step after `step`."""
+    for lane in range(LANES):
+        if memory[b, at.active][lane] > good[lane]:
+            marks[b, MARKS.status, lane] = 1
+            end_run(at, memory, marks, events, b, lane, step)
+
+
+@ti.func
+def end_finished(at: ti.template(), memory: ti.template(), marks: ti.template(), events: ti.template(), b, step):
+    """Stop the running lanes whose last step was `step`."""
+    for lane in range(LANES):
+        if memory[b, at.active][lane] > 0.5 and memory[b, at.end][lane] < ti.cast(step, ti.f64) + 0.5:
+            end_run(at, memory, marks, events, b, lane, step)

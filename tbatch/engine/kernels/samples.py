@@ -29,8 +29,8 @@ def probe_value(vector: ti.template(), probe_rows: ti.template(), probe_shape: t
 
 @ti.func
 def begin_probes(
-    at: ti.template(), memory: ti.template(), probe_rows: ti.template(), probe_shape: ti.template(),
-    displacement: ti.template(), velocity: ti.template(), b, first,
+    memory: ti.template(), probe_rows: ti.template(), probe_shape: ti.template(), displacement: ti.template(),
+    velocity: ti.template(), b, first,
 ):  # fmt: skip
     """Before the step: u₀ and v₀ of each probe, for its acceleration."""
     for probe in range(probe_rows.shape[0]):
@@ -40,8 +40,8 @@ def begin_probes(
 
 @ti.func
 def middle_probes(
-    at: ti.template(), memory: ti.template(), probe_rows: ti.template(), probe_shape: ti.template(),
-    displacement: ti.template(), b, first, scheme: ti.template(),
+    memory: ti.template(), probe_rows: ti.template(), probe_shape: ti.template(), displacement: ti.template(), b,
+    first, scheme: ti.template(),
 ):  # fmt: skip
     """Between the substeps, `displacement` holding w = c₁u₀ + c₂u₁: c₁v₀ + c₂v₁ of each probe, in place of v₀."""
     for probe in range(probe_rows.shape[0]):
@@ -76,6 +76,4 @@ def write_sample(
             samples[b, slot, sample_rows[PROBE] + probe] = u
         if sample_rows[PROBE_ACCELERATION] >= 0:
             v = probe_value(velocity, probe_rows, probe_shape, b, probe)
-            samples[b, slot, sample_rows[PROBE_ACCELERATION] + probe] = (
-                memory[b, first + 2 * probe + 1] + scheme[2] * v
-            )
+            samples[b, slot, sample_rows[PROBE_ACCELERATION] + probe] = memory[b, first + 2 * probe + 1] + scheme[2] * v

@@ -4,7 +4,7 @@ import numpy as np
 import taichi as ti
 
 from tbatch.engine.aligned import aligned_zeros
-from tbatch.engine.kernels.contact import Four
+from tbatch.engine.kernels.wheels import Four
 from tbatch.engine.rows import LANES
 
 Lanes = ti.types.vector(LANES, ti.f64)
@@ -12,6 +12,7 @@ Lanes = ti.types.vector(LANES, ti.f64)
 
 @ti.kernel
 def probe(x: ti.types.ndarray(Lanes, 2), table: ti.types.ndarray(Four, 1)):
+    """Touch every kind of operation that the real kernels use."""
     ti.loop_config(block_dim=1)
     for b in range(x.shape[0]):
         held = [x[b, r] for r in ti.static(range(2))]

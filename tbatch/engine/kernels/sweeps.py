@@ -100,7 +100,7 @@ def backward_sweep_second(
     pattern: ti.template(), rows: ti.template(), node_class: ti.template(), rate, b, scheme: ti.template(),
     displacement: ti.template(), velocity: ti.template(), load: ti.template(),
 ):  # fmt: skip
-    """Substep 2: u₂ from node to node, v₂ = w + c₃u₂, and the load of the next step's substep 1, (4/h) M v₂ - 2 K u₂."""
+    """Substep 2: u₂ from node to node, v₂ = w + c₃u₂, and the next load, (4/h) M v₂ - 2 K u₂."""
     c3, four_h = scheme[2], scheme[4]
     nodes = node_class.shape[0]
     zero = load[b, 0] * 0.0

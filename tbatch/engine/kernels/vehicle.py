@@ -47,9 +47,7 @@ def pull_wheels(at: ti.template(), memory: ti.template(), wheel_dofs: ti.templat
 
 
 @ti.func
-def vehicle_first(
-    at: ti.template(), memory: ti.template(), wheel_dofs: ti.template(), b, rate, scheme: ti.template()
-):
+def vehicle_first(at: ti.template(), memory: ti.template(), wheel_dofs: ti.template(), b, rate, scheme: ti.template()):
     """End substep 1: d = K̂⁻¹ load, w = c₁q₀ + c₂q₁ in place of q₀, and the load of substep 2."""
     c1, c2, c3, two_h = scheme[0], scheme[1], scheme[2], scheme[3]
     for r in range(at.dofs):
@@ -60,9 +58,9 @@ def vehicle_first(
         memory[b, at.displacement + r] = w
         memory[b, at.acceleration + r] = 0.0 - ((c1 * v0 + c2 * (two_h * d - v0)) + c3 * w)
     for r in range(at.dofs):
-        memory[b, at.vehicle_load + r] = dense_product(
-            at.dofs, memory, b, at.mass, at.acceleration, r
-        ) + dense_product(at.dofs, memory, b, at.damping, at.displacement, r)
+        memory[b, at.vehicle_load + r] = dense_product(at.dofs, memory, b, at.mass, at.acceleration, r) + dense_product(
+            at.dofs, memory, b, at.damping, at.displacement, r
+        )
     for j in range(at.wheels):
         row = at.vehicle_load + wheel_dofs[j]
         memory[b, row] = memory[b, row] + memory[b, at.load + j]

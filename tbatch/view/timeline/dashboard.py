@@ -27,14 +27,22 @@ def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
     n = record.samples
     under = under_wheels(record, scene.frames)
     top = max(FORCE_TOP, 1.05 * float(np.max(record.force_ratio[:n])))
-    overview = "force" if n * record.wheel_count <= POINTS_MAX else "force_overview"
     force_axis = rrb.ScalarAxis(range=(-0.05 * top, top), zoom_lock=True)
     whole, window = _whole(), _window(record)
     quiet = rrb.PlotLegend(visible=False)
 
     left: list[tuple[float, rrb.View]] = [
-        (3.0, _side_view(scene)),
-        (2.0, _plot(overview, "Contact force Q/Q0, whole run", axis_x=whole, axis_y=force_axis, plot_legend=LEFT_TOP)),
+        (3.2, _side_view(scene)),
+        (
+            2.0,
+            _plot(
+                force_overview(record),
+                "Contact force Q/Q0, whole run",
+                axis_x=whole,
+                axis_y=force_axis,
+                plot_legend=LEFT_TOP,
+            ),
+        ),
         (0.35 + 0.36 * record.wheel_count, _lanes(whole)),
     ]
     if record.irregularity is not None:
@@ -75,6 +83,11 @@ def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
         auto_layout=False,
         auto_views=False,
     )
+
+
+def force_overview(record: RunRecord) -> str:
+    """Name the entity that shows the forces of the whole run: a thinned one where there are too many."""
+    return "force" if record.samples * record.wheel_count <= POINTS_MAX else "force_overview"
 
 
 def _plot(entity: str, name: str, **options: Any) -> rrb.TimeSeriesView:

@@ -18,7 +18,7 @@ from tbatch.view.sheet import run_sheet
 from tbatch.view.thinning import extremes, spaced_samples
 from tbatch.view.timeline import side_view
 from tbatch.view.timeline.clock import Clock
-from tbatch.view.timeline.dashboard import POINTS_MAX, dashboard
+from tbatch.view.timeline.dashboard import POINTS_MAX, dashboard, force_overview
 
 APPLICATION = "tbatch"
 MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02  # least time [s] and way [m] between samples of slower motions
@@ -80,10 +80,11 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
     wheels = [(f"wheel {j + 1}", palette.wheel_colour(j)) for j in range(record.wheel_count)]
     force = record.force_ratio[:n]
     _series(stream, "force", wheels, clock.at(every), force)
-    if force.size > POINTS_MAX:
+    overview = force_overview(record)
+    if overview != "force":
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
         at, rows = extremes(force, blocks)
-        _series(stream, "force_overview", wheels, clock.at(at), rows)
+        _series(stream, overview, wheels, clock.at(at), rows)
     under = under_wheels(record, fewer)
     if under is not None:
         _series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under)
@@ -163,7 +164,8 @@ def _events(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None
     stream.send_columns("events", clock.when(starts), text, strict=True)
     mark = rr.SeriesPoints(colors=[palette.WARNING], markers=["diamond"], marker_sizes=[4.0], names=["separation"])
     times = sorted(set(starts))
-    for entity in ("force/separation", "force_overview/separation"):
+    for plot in {"force", force_overview(record)}:
+        entity = f"{plot}/separation"
         stream.log(entity, mark, static=True, strict=True)
         marks = rr.Scalars.columns(scalars=np.zeros(len(times)))
         stream.send_columns(entity, clock.when(times), marks, strict=True)

@@ -1,0 +1,222 @@
+"""The wheels on the rail: where they are, what lies under them, how far the rail gives.
+
+The track's share of δ_free is gathered from its load through the columns of K̂_t⁻¹, before the sweeps. So the contact
+forces are known when the sweeps begin, and these run once.
+"""
+
+import taichi as ti
+
+from tbatch.engine.kernels.vehicle import free_wheel
+from tbatch.engine.rows import ELEMENT, LANES, MARKS, PER_WHEEL, PROFILE_COUNT, PROFILE_FIRST
+
+Four = ti.types.vector(4, ti.f64)
+
+
+@ti.func
+def profile_value(
+    segment_real: ti.template(), segment_whole: ti.template(), coefficients: ti.template(), first, count, x
+):
+    """Value at x of a piecewise-uniform cubic B-spline (`tbatch.physics.profile.Profile`)."""
+    low = first
+    high = first + count
+    while high - low > 1:
+        middle = (low + high) // 2
+        if segment_real[middle, 0] <= x:
+            low = middle
+        else:
+            high = middle
+    t = (x - segment_real[low, 0]) * segment_real[low, 1]
+    i = ti.min(ti.max(int(ti.floor(t)), 0), segment_whole[low, 1] - 1)
+    w = ti.min(ti.max(t - i, 0.0), 1.0)
+    o = 1.0 - w
+    c = segment_whole[low, 0] + i
+    b0 = o * o * o / 6.0
+    b1 = (3.0 * w * w * w - 6.0 * w * w + 4.0) / 6.0
+    b2 = (3.0 * o * o * o - 6.0 * o * o + 4.0) / 6.0
+    b3 = w * w * w / 6.0
+    return coefficients[c] * b0 + coefficients[c + 1] * b1 + coefficients[c + 2] * b2 + coefficients[c + 3] * b3
+
+
+@ti.func
+def place_wheels(
+    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, time, element_length, elements,
+    segment_real: ti.template(), segment_whole: ti.template(), coefficients: ti.template(),
+):  # fmt: skip
+    """Element, Hermite values and level r under each wheel of one run."""
+    rolled = memory[b, at.speed][lane] * time
+    front = memory[b, at.start][lane] + rolled
+    for j in range(at.wheels):
+        mark = MARKS.wheels + PER_WHEEL * j
+        x = front - memory[b, at.offset + j][lane]
+        scaled = x / element_length
+        element = ti.min(ti.max(int(ti.floor(scaled)), 0), elements - 1)
+        s = scaled - element
+        marks[b, mark + ELEMENT, lane] = element
+        memory[b, at.local + j][lane] = s
+        memory[b, at.shape + 4 * j][lane] = 1.0 - s * s * (3.0 - 2.0 * s)
+        memory[b, at.shape + 4 * j + 1][lane] = element_length * (s * (1.0 - s) * (1.0 - s))
+        memory[b, at.shape + 4 * j + 2][lane] = s * s * (3.0 - 2.0 * s)
+        memory[b, at.shape + 4 * j + 3][lane] = element_length * (s * s * (s - 1.0))
+        r = profile_value(
+            segment_real, segment_whole, coefficients,
+            marks[b, MARKS.profile, lane], marks[b, MARKS.profile + 1, lane], x,
+        )  # fmt: skip
+        if marks[b, mark + PROFILE_COUNT, lane] > 0:
+            turns = ti.floor(rolled / memory[b, at.circumference][lane])
+            r = r + profile_value(
+                segment_real, segment_whole, coefficients,
+                marks[b, mark + PROFILE_FIRST, lane], marks[b, mark + PROFILE_COUNT, lane],
+                rolled - turns * memory[b, at.circumference][lane],
+            )  # fmt: skip
+        memory[b, at.level + j][lane] = r
+
+
+@ti.func
+def rail_value(at: ti.template(), dofs, memory: ti.template(), marks: ti.template(), vector: ti.template(), b, lane, j):
+    """N times the rail dofs of `vector` under wheel j of one run."""
+    row = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] * dofs
+    n = at.shape + 4 * j
+    return (memory[b, n][lane] * vector[b, row][lane] + memory[b, n + 1][lane] * vector[b, row + 1][lane]) + (
+        memory[b, n + 2][lane] * vector[b, row + dofs][lane] + memory[b, n + 3][lane] * vector[b, row + dofs + 1][lane]
+    )
+
+
+@ti.func
+def rail_under_wheels(
+    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), vector: ti.template(), b
+):
+    """N u under every wheel of every lane, into the rail rows."""
+    if ti.static(pattern.dofs > 0):
+        for lane in range(LANES):
+            for j in range(at.wheels):
+                memory[b, at.rail + j][lane] = rail_value(at, pattern.dofs, memory, marks, vector, b, lane, j)
+
+
+@ti.func
+def push_rail(
+    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), load: ti.template(), b
+):
+    """Add Nᵀ F to the track's load of every lane."""
+    if ti.static(pattern.dofs > 0):
+        for lane in range(LANES):
+            for j in range(at.wheels):
+                row = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] * pattern.dofs
+                far = row + pattern.dofs
+                n = at.shape + 4 * j
+                force = memory[b, at.force + j][lane]
+                load[b, row][lane] = load[b, row][lane] + memory[b, n][lane] * force
+                load[b, row + 1][lane] = load[b, row + 1][lane] + memory[b, n + 1][lane] * force
+                load[b, far][lane] = load[b, far][lane] + memory[b, n + 2][lane] * force
+                load[b, far + 1][lane] = load[b, far + 1][lane] + memory[b, n + 3][lane] * force
+
+
+@ti.func
+def gather_rail(
+    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), columns: ti.template(),
+    element_class: ti.template(), window_start: ti.template(), load: ti.template(), rate, b, lane, j,
+):  # fmt: skip
+    """N K̂⁻¹ load under wheel j of one run: where the rail would be without the new contact forces."""
+    element = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane]
+    kind = element_class[element]
+    first = window_start[element]
+    sums = [Four(0.0) for _ in ti.static(range(pattern.dofs // 2))]
+    for node in range(columns.shape[2] // pattern.dofs):
+        for r in ti.static(range(pattern.dofs)):
+            sums[r % (pattern.dofs // 2)] = (
+                sums[r % (pattern.dofs // 2)]
+                + columns[rate, kind, node * pattern.dofs + r] * load[b, first + node * pattern.dofs + r][lane]
+            )
+    y = sums[0]
+    for chain in ti.static(range(1, pattern.dofs // 2)):
+        y = y + sums[chain]
+    n = at.shape + 4 * j
+    return (memory[b, n][lane] * y[0] + memory[b, n + 1][lane] * y[1]) + (
+        memory[b, n + 2][lane] * y[2] + memory[b, n + 3][lane] * y[3]
+    )
+
+
+@ti.func
+def rail_flexibility(
+    at: ti.template(), dofs, memory: ti.template(), marks: ti.template(), columns: ti.template(),
+    element_class: ti.template(), window_start: ti.template(), rate, b, lane, i, j,
+):  # fmt: skip
+    """N_i K̂⁻¹ N_jᵀ of one run; zero where wheel j stands outside the window of wheel i's element."""
+    element = marks[b, MARKS.wheels + PER_WHEEL * i + ELEMENT, lane]
+    other = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] * dofs - window_start[element]
+    kind = element_class[element]
+    total = 0.0
+    if other >= 0 and other + dofs + 1 < columns.shape[2]:
+        n = at.shape + 4 * i
+        for part in range(4):
+            g = columns[rate, kind, other + (part // 2) * dofs + part % 2]
+            total = total + memory[b, at.shape + 4 * j + part][lane] * (
+                (memory[b, n][lane] * g[0] + memory[b, n + 1][lane] * g[1])
+                + (memory[b, n + 2][lane] * g[2] + memory[b, n + 3][lane] * g[3])
+            )
+    return total
+
+
+@ti.func
+def local_compliance(
+    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, element_length, compliance, i, j
+):
+    """Deflection at wheel i by a unit force at wheel j of the fixed-fixed element both stand on, else zero [m/N].
+
+    b²x²(3aℓ - x(3a + b))/(6EIℓ³) for x <= a, b = ℓ - a; `compliance` is 1/(6EIℓ³).
+    """
+    total = 0.0
+    if marks[b, MARKS.wheels + PER_WHEEL * i + ELEMENT, lane] == marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane]:
+        si = memory[b, at.local + i][lane]
+        sj = memory[b, at.local + j][lane]
+        x = element_length * ti.min(si, sj)
+        a = element_length * ti.max(si, sj)
+        c = element_length - a
+        total = compliance * (c * c * x * x * (3.0 * a * element_length - x * (3.0 * a + c)))
+    return total
+
+
+@ti.func
+def free_overlaps(
+    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), wheel_dofs: ti.template(),
+    b, rate, half, when, step, element_length, elements, compliance, columns: ti.template(),
+    element_class: ti.template(), window_start: ti.template(), segment_real: ti.template(),
+    segment_whole: ti.template(), coefficients: ti.template(), displacement: ti.template(), load: ti.template(),
+):  # fmt: skip
+    """Place the wheels at `when` steps; δ_free goes into the overlap rows, H into the flexibility rows.
+
+    δ_free = δ₀ + Γ y_v - N y_t - r, with y what either subsystem does without the new contact forces. In substep 1 the
+    solves give increments, to which the values at t_n are added.
+    """
+    for lane in range(LANES):
+        time = ti.min(when, memory[b, at.end][lane]) * step
+        place_wheels(
+            at, memory, marks, b, lane, time, element_length, elements, segment_real, segment_whole, coefficients
+        )
+        for i in range(at.wheels):
+            rail = 0.0
+            if ti.static(pattern.dofs > 0):
+                rail = gather_rail(
+                    at, pattern, memory, marks, columns, element_class, window_start, load, rate, b, lane, i
+                )
+                if half == 0:
+                    rail = rail + rail_value(at, pattern.dofs, memory, marks, displacement, b, lane, i)
+            memory[b, at.rail + i][lane] = rail
+            for j in range(i + 1):
+                flexibility = local_compliance(at, memory, marks, b, lane, element_length, compliance, i, j)
+                if ti.static(pattern.dofs > 0):
+                    flexibility = flexibility + rail_flexibility(
+                        at, pattern.dofs, memory, marks, columns, element_class, window_start, rate, b, lane, i, j
+                    )
+                memory[b, at.flexibility + i * at.wheels + j][lane] = flexibility
+    for i in range(at.wheels):
+        for j in range(i + 1):
+            flexibility = (
+                memory[b, at.flexibility + i * at.wheels + j]
+                + memory[b, at.inverse + (rate * at.dofs + wheel_dofs[i]) * at.dofs + wheel_dofs[j]]
+            )
+            memory[b, at.flexibility + i * at.wheels + j] = flexibility
+            memory[b, at.flexibility + j * at.wheels + i] = flexibility
+        wheel = free_wheel(at, memory, b, rate, half, wheel_dofs[i])
+        memory[b, at.overlap + i] = ((memory[b, at.approach + i] + wheel) - memory[b, at.rail + i]) - memory[
+            b, at.level + i
+        ]

@@ -1,0 +1,91 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tbatch.view.scene import ROOM, along, build_scene, under_wheels
+
+
+@pytest.fixture(scope="module")
+def scene(record):
+    return build_scene(record)
+
+
+def test_every_separation_has_its_instants_among_the_pictures(record, scene):
+    shown = set(record.time[scene.frames].round(9))
+    for event in record.events:
+        assert {round(event.start, 9), round(event.end, 9)} <= shown
+
+
+def test_exaggeration_is_round_and_fills_the_room(record, scene):
+    drawn = np.abs(record.irregularity + record.rail_under_wheel).max()
+    assert scene.exaggeration in (1, 2, 5, 10, 20, 50, 100, 200, 500)
+    assert ROOM / 2.5 < scene.exaggeration * drawn <= ROOM  # the next factor would be at least twice as large
+
+
+def test_wheels_stand_on_the_drawn_running_surface(record, scene):
+    """In contact a wheel's lowest point is at the rail's head, but for the Hertz approach and the spline's error."""
+    head = scene.lines["head"]
+    for j in range(record.wheel_count):
+        contact = np.flatnonzero(scene.gap[:, j] == 0.0)
+        x, z = scene.wheel_bottom[:, j, 0], scene.wheel_bottom[:, j, 2]
+        surface = np.array([np.interp(x[k], head[k, :, 0], head[k, :, 2]) for k in contact])
+        # 0.07 mm of approach at rest, a few times that at a peak force, 0.05 mm for points 0.2 m apart on a 0.25 m dip
+        assert np.abs(z[contact] - surface).max() < 0.4e-3 * scene.exaggeration
+        assert np.median(np.abs(z[contact] - surface)) < 0.05e-3 * scene.exaggeration
+
+
+def test_drawn_gap_reaches_the_gap_of_the_event(record, scene):
+    time = record.time[scene.frames]
+    for event in record.events:
+        during = (time >= event.start) & (time < event.end)
+        largest = scene.gap[during, event.wheel].max()
+        assert 0.4 * event.gap < largest <= event.gap * (1 + 1e-9)  # pictures fall beside the widest instant
+    off = record.contact_force[scene.frames] == 0.0
+    np.testing.assert_array_equal(scene.gap != 0.0, off)
+
+
+def test_front_is_on_the_right_and_pitch_lowers_it(record, scene):
+    x = [body.place[0, 0] for body in scene.bodies if body.kind == "wheelset"]
+    assert x == sorted(x, reverse=True)
+    nose_down = np.array(record.vehicle)
+    nose_down[:, 1] = 1e-3
+    carbody = next(body for body in build_scene(replace(record, vehicle=nose_down)).bodies if body.kind == "carbody")
+    assert np.all(carbody.angle > 0)  # about y, away from the onlooker: x turns towards -z
+
+
+def test_splines_along_the_track_are_exact_for_cubics():
+    at = np.linspace(0.0, 6.0, 11)
+    rows = np.array([[1.0, -2.0, 0.5, 0.1], [0.0, 1.0, 0.0, -0.2]])
+    values = np.array([np.polyval(row, at) for row in rows])
+    x = np.array([[0.1, 3.33], [2.71, 5.9]])
+    expected = [np.polyval(row, places) for row, places in zip(rows, x, strict=True)]
+    np.testing.assert_allclose(along(at, values, x), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_rail_under_the_wheels_follows_from_fixed_places_seldom_saved(record):
+    """From bends 0.65 m apart and 1 ms apart, within 0.03 mm of 1 mm: enough for a picture."""
+    rail = np.exp(-((record.rail_at - record.position[:, None]) ** 2) / 2) * 1e-3
+    thin = replace(
+        record,
+        rail_under_wheel=None,
+        rail_at=record.rail_at[::2],
+        track_time=record.time[::10],
+        rail=rail[::10, ::2],
+        slab=None,
+        base=None,
+    )
+    samples = np.arange(0, 6000, 7)
+    under = under_wheels(thin, samples)
+    assert under is not None
+    np.testing.assert_allclose(under[:, 0], 1e-3, atol=0.03e-3)
+
+
+def test_what_is_not_known_is_left_out(record):
+    bare = replace(record, bodies=(), vehicle=None, vehicle_acceleration=None, lift_off=None, rail=None, rail_at=None,
+                   slab=None, base=None, rail_under_wheel=None, irregularity=None, line=None)  # fmt: skip
+    scene = build_scene(bare)
+    assert set(scene.lines) == {"head", "foot"}
+    assert scene.bodies == ()
+    assert scene.springs is None
+    assert np.isnan(scene.gap).any()  # a separated wheel is marked, its gap is not known

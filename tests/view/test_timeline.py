@@ -1,0 +1,175 @@
+import subprocess
+import sys
+from collections import defaultdict
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_run import synthetic_record
+
+from tbatch.view.timeline import write_recording
+from tbatch.view.viewer import find_binary
+
+
+@pytest.fixture(scope="module", autouse=True)
+def strict():
+    """Turn what rerun would drop with a warning into errors."""
+    import rerun as rr
+
+    rr.set_strict_mode(True)
+    yield
+    rr.set_strict_mode(False)
+
+
+@pytest.fixture(scope="module")
+def written(record, tmp_path_factory):
+    return write_recording(record, tmp_path_factory.mktemp("written") / f"{record.name}.rrd")
+
+
+@pytest.fixture(scope="module")
+def content(written):
+    return read(written)
+
+
+def read(path) -> dict:
+    """All columns of a recording: entity -> column -> list of rows, chunks one after another."""
+    from rerun.chunk import RrdReader
+
+    reader = RrdReader(str(path))
+    columns = defaultdict(lambda: defaultdict(list))
+    for chunk in reader.store(store=reader.recordings()[0]).stream():
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            columns[chunk.entity_path][name] += batch.column(name).to_pylist()
+    return columns
+
+
+def rerun(*arguments) -> int:
+    return subprocess.run([str(find_binary()), *map(str, arguments)], capture_output=True, timeout=120).returncode
+
+
+def test_recording_verifies_and_is_the_same_when_written_again(record, written, tmp_path):
+    again = write_recording(record, tmp_path / "again.rrd")
+    assert rerun("rrd", "verify", written, again) == 0
+    assert rerun("rrd", "compare", "--unordered", written, again) == 0
+    other = write_recording(replace(record, contact_force=1.01 * record.contact_force), tmp_path / "other.rrd")
+    assert rerun("rrd", "compare", "--unordered", written, other) == 1  # the comparison can fail
+
+
+def test_force_is_kept_at_every_sample_and_zero_only_where_separated(record, content):
+    force = np.array(content["/force"]["Scalars:scalars"])
+    assert force.shape == record.contact_force.shape
+    np.testing.assert_allclose(force, record.force_ratio, atol=2.0**-13)  # stated rounding
+    np.testing.assert_array_equal(force == 0.0, record.contact_force == 0.0)
+    assert force.max() >= record.force_ratio.max()  # peaks are rounded away from zero, never down
+
+
+def test_two_timelines_and_no_wall_clock(record, content):
+    assert {name for name in content["/force"] if name in ("sim_time", "chainage_mm", "log_time", "log_tick")} == {
+        "sim_time",
+        "chainage_mm",
+    }
+    seconds = np.array(content["/force"]["sim_time"], "timedelta64[ns]") / np.timedelta64(1, "s")
+    np.testing.assert_allclose(seconds, record.time, atol=1e-9)
+    np.testing.assert_allclose(content["/force"]["chainage_mm"], 1e3 * record.position, atol=0.5)
+
+
+def test_lines_never_average_their_samples(content):
+    import rerun as rr
+
+    policy = rr.components.AggregationPolicy.MinMax.value
+    plots = [entity for entity in content if "SeriesLines:names" in content[entity]]
+    assert {"/force", "/rail_deflection", "/irregularity", "/displacement", "/acceleration"} == set(plots)
+    for entity in plots:
+        assert content[entity]["SeriesLines:aggregation_policy"] == [[policy]]
+
+
+def test_lanes_and_event_list_tell_of_every_separation(record, content):
+    for j in range(record.wheel_count):
+        events = [event for event in record.events if event.wheel == j]
+        lane = content[f"/contact/wheel_{j + 1}"]
+        states = [state for (state,) in lane["StateChange:state"]]
+        assert states == ["contact", *["separated", "contact"] * len(events)]
+        times = np.array([time for time in lane["sim_time"] if time is not None], "timedelta64[ns]")
+        at = times / np.timedelta64(1, "s")
+        np.testing.assert_allclose(at[1:], [t for event in events for t in (event.start, event.end)], atol=1e-9)
+    texts = [text for (text,) in content["/events"]["TextLog:text"]]
+    assert len(texts) == len(record.events) + 2
+    assert sum(text.startswith(f"{record.events[0].start:.4f} s  wheel 1 off") for text in texts) == 1
+
+
+def test_a_separated_wheel_is_drawn_in_the_warning_colour(record, content):
+    from tbatch.view.palette import WARNING
+
+    warning = int.from_bytes(bytes([*WARNING, 255]), "big")
+    rim = content["/side/vehicle/wheel_1/rim"]
+    colours = [cell[0] for cell in rim["LineStrips3D:colors"] if cell]
+    assert colours.count(warning) == sum(event.wheel == 0 for event in record.events)
+    assert colours[0] != warning
+
+
+def test_properties_name_and_sheet_are_there(record, content):
+    run = content["/__properties/run"]
+    assert {key: run[key][0][0] for key in record.properties} == dict(record.properties)
+    assert content["/__properties"]["RecordingInfo:name"] == [[record.name]]
+    (sheet,) = content["/sheet"]["TextDocument:text"][0]
+    assert "| 1 | 132.4 |" in sheet
+
+
+def test_a_property_may_be_whole_in_one_run_and_broken_in_the_next(record, tmp_path):
+    for value in (250, 250.5, "unknown"):
+        path = write_recording(replace(record, properties={"force_max": value}), tmp_path / "p.rrd")
+        assert read(path)["/__properties/run"]["force_max"] == [[value]]
+
+
+def test_a_recording_of_100_m_stays_below_3_megabytes(tmp_path):
+    record = synthetic_record(seed=2, speed=160 / 3.6, length=145.0)  # a slow run has the most samples
+    assert record.position[-1] - record.position[0] == pytest.approx(100.0, abs=0.1)
+    assert write_recording(record, tmp_path / "run.rrd").stat().st_size < 3e6
+
+
+def test_a_long_run_has_an_overview_that_keeps_its_peaks(record, tmp_path, monkeypatch):
+    from tbatch.view.timeline import dashboard, recording
+
+    for module in (dashboard, recording):
+        monkeypatch.setattr(module, "POINTS_MAX", 4000)
+    content = read(write_recording(record, tmp_path / "long.rrd"))
+    overview = np.array(content["/force_overview"]["Scalars:scalars"])
+    assert overview.size <= 4000
+    np.testing.assert_allclose(overview.max(axis=0), record.force_ratio.max(axis=0), atol=2.0**-13)
+    assert np.all(overview.min(axis=0) == 0.0)
+    assert np.array(content["/force"]["Scalars:scalars"]).shape == record.contact_force.shape
+
+
+def test_a_bare_record_of_one_wheel_that_ended_early_is_written(record, tmp_path):
+    force = record.contact_force[:, :1].copy()
+    force[4000:] = np.nan
+    bare = replace(
+        record, wheel_offsets=record.wheel_offsets[:1], static_load=record.static_load[:1], contact_force=force,
+        bodies=(), vehicle=None, vehicle_acceleration=None, lift_off=None, rail=None, rail_at=None, slab=None,
+        base=None, rail_under_wheel=None, irregularity=None, line=None, separations=None, properties={},
+    )  # fmt: skip
+    path = write_recording(bare, tmp_path / "deep" / "bare.rrd")
+    assert rerun("rrd", "verify", path) == 0
+    assert len(read(path)["/force"]["Scalars:scalars"]) == 4000
+
+
+def test_a_failure_leaves_the_old_file_and_nothing_else(record, tmp_path, monkeypatch):
+    from tbatch.view.timeline import recording
+
+    path = write_recording(record, tmp_path / "run.rrd")
+    before = path.read_bytes()
+    monkeypatch.setattr(recording, "run_sheet", lambda record: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write_recording(record, path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_rerun_is_imported_only_when_a_recording_is_written():
+    code = (
+        "import sys, tbatch.view.record, tbatch.view.scene, tbatch.view.timeline, tbatch.view.viewer, "
+        "tbatch.view.progress; tbatch.view.viewer.find_binary(); "
+        "print([name for name in ('rerun', 'rerun_bindings', 'taichi', 'matplotlib') if name in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
