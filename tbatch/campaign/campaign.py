@@ -5,8 +5,7 @@ extension, nothing when all is there.
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from time import perf_counter
@@ -16,10 +15,12 @@ import numpy as np
 import pyarrow as pa
 
 from tbatch.campaign.durable import make_folder
-from tbatch.campaign.executor import Local
+from tbatch.campaign.executor import Executor, Local
 from tbatch.campaign.keep import worst_runs
 from tbatch.campaign.lock import FolderLock
+from tbatch.campaign.progress import Progress, Report
 from tbatch.campaign.records import BatchResult, RunInputs, shard_tables
+from tbatch.campaign.sameness import differing_columns, rows_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
 from tbatch.campaign.store import RECORDINGS, SCENARIO_NAME, Message, Store
@@ -29,44 +30,8 @@ if TYPE_CHECKING:
     from tbatch.engine.result import Result
     from tbatch.scenario import Scenario
 
+REPLAYED = ("contact_force", "vehicle", "vehicle_acceleration", "irregularity")
 RECORDED_TOGETHER = 8  # runs with full histories in memory at a time
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a campaign is; runs and run-steps count from the start of this process's work."""
-
-    phase: str
-    """What is being done: ``building``, ``running``, ``storing`` or ``recording``."""
-    runs_done: int
-    """Runs stored."""
-    runs_total: int
-    """Runs to be done."""
-    run_steps_done: int
-    """Time steps of all runs, done."""
-    run_steps_total: int
-    """Time steps of all runs to be done."""
-    separations: int
-    """Separations found so far."""
-
-
-Report = Callable[[Progress], None]
-
-
-class Executor(Protocol):
-    """Where runs are simulated; ``Local`` is one."""
-
-    def steps_per_run(self) -> Sequence[int]:
-        """Time steps of a run of each case."""
-        ...
-
-    def batch_limit(self, rate: float | None, steps: float) -> int:
-        """How many runs to simulate together."""
-        ...
-
-    def simulate(self, pairs: Sequence[tuple[int, int]], *, progress: Any = None, save: Any = None) -> Any:
-        """Simulates runs."""
-        ...
 
 
 class Recorder(Protocol):
@@ -129,11 +94,10 @@ class Campaign:
 
     @property
     def run_steps_per_second(self) -> float | None:
-        """Run-steps per second of the last process that simulated runs of it; None if unknown."""
-        for session in reversed(self.store.manifest.sessions):
-            if session["seconds"] > 0.0:
-                return session["run_steps"] / session["seconds"]
-        return None
+        """Run-steps per second of the batch kernels, over all processes that simulated runs of it; None if unknown."""
+        sessions = self.store.manifest.sessions
+        seconds = sum(session["kernel_seconds"] for session in sessions)
+        return sum(session["run_steps"] for session in sessions) / seconds if seconds > 0.0 else None
 
     def table(self, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
         """All stored rows of ``"runs"``, ``"wheels"`` or ``"events"``, by case and sample, checked as they are read."""
@@ -162,7 +126,7 @@ class Campaign:
 
         Args:
             run_id: The run, ``"c03-s000127"``.
-            save: What to keep, a SaveAt; default: contact force and vehicle at every step.
+            save: What to keep, a SaveAt; default: contact force, vehicle and irregularity at every step.
             progress: Called after each chunk of steps.
         """
         return self.replay_together([run_id], save=save, progress=progress)
@@ -172,7 +136,7 @@ class Campaign:
         if save is None:
             from tbatch.engine.runs import SaveAt
 
-            save = SaveAt(every=self.step, channels=("contact_force", "vehicle"))
+            save = SaveAt(every=self.step, channels=REPLAYED)
         return self.executor.simulate([self.pair(run_id) for run_id in run_ids], progress=progress, save=save)
 
     def pair(self, run_id: str) -> tuple[int, int]:
@@ -204,15 +168,10 @@ class Campaign:
         shard = self._shard_of(run_id)
         if shard is None:
             raise ValueError(f"run is {run_id!r}: not stored yet")
-        replayed = {
-            "wheels": _rows(result.summary, "run", index).drop_columns(["run"]),
-            "events": _rows(result.separations, "run", index).drop_columns(["run"]),
-        }
         differing = []
-        for kind, table in replayed.items():
-            stored = _rows(self.store.shard_table(kind, shard), "sample", sample).drop_columns(["case", "sample"])
-            names = stored.column_names
-            differing += [f"{kind}.{name}" for name in names if not _same(stored[name], table[name])]
+        for kind, replayed in {"wheels": result.summary, "events": result.separations}.items():
+            stored = rows_of(self.store.shard_table(kind, shard), "sample", sample).drop_columns(["case"])
+            differing += [f"{kind}.{name}" for name in differing_columns(stored, rows_of(replayed, "run", index))]
         return differing
 
 
@@ -279,9 +238,11 @@ def _simulate(campaign: Campaign, report: Report) -> None:
         )
         seconds = perf_counter() - began
         steps = int(np.sum(result.steps))
-        rate = steps / seconds
-        tell("storing", steps, result.separations.num_rows)
-        campaign.store.commit(_tables(campaign, batch, pairs, result), run_steps=steps, seconds=seconds)
+        kernel = result.run_steps_per_second
+        kernel_seconds = steps / kernel if kernel > 0.0 else seconds  # NaN for a batch of a single launch
+        tables = _tables(campaign, batch, pairs, result)
+        campaign.store.commit(tables, run_steps=steps, seconds=seconds, kernel_seconds=kernel_seconds)
+        rate = steps / max(kernel_seconds, 1e-9)
         missing = missing[len(batch) :]
         runs_done += len(pairs)
         steps_done += steps
@@ -327,18 +288,6 @@ def stored_scenario(store: Store) -> "Scenario":
     from tbatch.scenario import Scenario
 
     return Scenario.from_tables(store.resolved, file=str(store.folder / SCENARIO_NAME))
-
-
-def _rows(table: pa.Table, column: str, value: int) -> pa.Table:
-    return table.filter(pa.array(table[column].to_numpy() == value))
-
-
-def _same(stored: pa.ChunkedArray, given: pa.ChunkedArray) -> bool:
-    """Whether two columns are equal bit for bit; NaN equals NaN."""
-    one, other = stored.combine_chunks(), given.combine_chunks().cast(stored.type)
-    if pa.types.is_floating(one.type):
-        return len(one) == len(other) and one.to_numpy().tobytes() == other.to_numpy().tobytes()
-    return one.equals(other)
 
 
 def _digest(path: Path) -> str:

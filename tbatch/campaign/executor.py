@@ -7,7 +7,7 @@ executor chooses: not on the batch, its order, or the number of threads.
 import os
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -24,6 +24,22 @@ MOST_RUNS = 512
 STORE_EVERY = 15.0  # s: what an interruption may cost
 
 Pair = tuple[int, int]
+
+
+class Executor(Protocol):
+    """Where runs are simulated; ``Local`` is one."""
+
+    def steps_per_run(self) -> Sequence[int]:
+        """Time steps of a run of each case."""
+        ...
+
+    def batch_limit(self, rate: float | None, steps: float) -> int:
+        """How many runs to simulate together."""
+        ...
+
+    def simulate(self, pairs: Sequence[Pair], *, progress: Any = None, save: Any = None) -> Any:
+        """Simulates runs."""
+        ...
 
 
 class Local:

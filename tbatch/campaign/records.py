@@ -38,6 +38,7 @@ class BatchResult(Protocol):
     steps: Any
     summary: pa.Table
     separations: pa.Table
+    run_steps_per_second: float
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 CONFIDENCE = 0.95
 ANY_WHEELSET = 0
@@ -63,6 +62,8 @@ STATISTICS_SCHEMA = pa.schema(
 
 def exact_interval(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
     """The two-sided Clopper-Pearson interval of a probability; (0, 1) when there were no trials."""
+    from scipy.stats import binomtest  # a second to import: only when numbers are asked for
+
     if trials == 0:
         return 0.0, 1.0
     interval = binomtest(successes, trials).proportion_ci(confidence, method="exact")

@@ -115,7 +115,12 @@ class Store:
         return self.folder / kind / f"{shard.name}.parquet"
 
     def commit(
-        self, tables: Mapping[Shard, Mapping[str, pa.Table]], *, run_steps: int = 0, seconds: float = 0.0
+        self,
+        tables: Mapping[Shard, Mapping[str, pa.Table]],
+        *,
+        run_steps: int = 0,
+        seconds: float = 0.0,
+        kernel_seconds: float = 0.0,
     ) -> None:
         """Stores shards: their files first, then the manifest, which makes them count.
 
@@ -123,6 +128,7 @@ class Store:
             tables: For each shard a table of each kind.
             run_steps: Time steps of all their runs.
             seconds: Time that they took [s].
+            kernel_seconds: Time of it in the batch kernels, without preparation and compilation [s].
         """
         stored = {}
         for shard, of_kind in tables.items():
@@ -143,6 +149,7 @@ class Store:
         session = self.manifest.sessions[-1]
         session["run_steps"] += run_steps
         session["seconds"] += seconds
+        session["kernel_seconds"] += kernel_seconds
         self.manifest.write(self.folder)
 
     def table(self, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
@@ -220,7 +227,9 @@ class Store:
             differing = [f"{name} {before[name]} -> {now[name]}" for name in now if before[name] != now[name]]
             if differing:
                 message(f"made by other versions so far ({', '.join(differing)}): runs may differ in their last bits")
-        self.manifest.sessions.append({"versions": made_by, "processor": processor(), "run_steps": 0, "seconds": 0.0})
+        self.manifest.sessions.append(
+            {"versions": made_by, "processor": processor(), "run_steps": 0, "seconds": 0.0, "kernel_seconds": 0.0}
+        )
 
 
 def _document_damage(folder: Path, manifest: Manifest) -> list[str]:

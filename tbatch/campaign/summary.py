@@ -140,7 +140,7 @@ def _notes(campaign: Campaign, document: dict[str, Any]) -> list[str]:
         f"Runs: {facts['runs']} of {facts['runs_planned']}; diverged: {facts['diverged']}"
         + (" (left out of the statistics)." if facts["diverged"] else "."),
         f"Step {1e3 * facts['step']:g} ms; contact {facts['contact']}; {facts['model']}."
-        + (f" {rate:,.0f} run-steps/s." if rate else ""),
+        + (f" {rate:,.0f} run-steps/s in the kernels." if rate else ""),
     ]
     if facts["runs"] < facts["runs_planned"]:
         notes.append(f"Not complete: tbatch resume {campaign.folder}")

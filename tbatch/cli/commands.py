@@ -199,7 +199,7 @@ def view(
 
 
 @app.command()
-def bench(as_json: AsJson = False, threads: Threads = None) -> None:
+def bench(as_json: AsJson = False) -> None:
     """Measure run-steps per second and core on this machine, beside SciPy."""
     from tbatch.campaign.summary import columns
     from tbatch.engine.bench import measure
@@ -249,8 +249,8 @@ for _name, _what in _LATER.items():
 
 def _carry_out(scenario: "Scenario", folder: Path | None, threads: int | None) -> None:
     """Runs what is missing, prints what there is, and judges it."""
-    from tbatch.campaign.campaign import Progress
     from tbatch.campaign.campaign import run as run_campaign
+    from tbatch.campaign.progress import Progress
     from tbatch.campaign.summary import summary_text
     from tbatch.cli.interruption import Interruption
     from tbatch.view.kept import write_kept

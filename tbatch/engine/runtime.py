@@ -53,10 +53,8 @@ def start(threads: int | None = None) -> Runtime:
 
 
 def _init(threads: int, *, vectors: bool, cache: str) -> None:
-    # The second variable stops a network call at import; both must be set before it (taichi 1.7.4).
-    os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-    os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
-    import taichi as ti
+    import tbatch.engine.kernels  # noqa: F401  (silences Taichi before its import)
+    import taichi as ti  # isort: skip
 
     # ti.init prints to stdout whatever log_level says (taichi 1.7.4).
     with contextlib.redirect_stdout(io.StringIO()):

@@ -196,15 +196,16 @@ def _rail_columns(factors: list[BlockFactor], rail: tuple[int, int]) -> tuple[np
     columns = np.zeros((len(factors), elements, width, dofs, 4))
     for rate, band in enumerate(bands):
         for end in range(2):
-            column_node = np.arange(elements) + end
-            for place in range(width):
-                row_node = window_node + place
-                for offset, blocks in enumerate(band):
-                    above = np.flatnonzero(column_node - row_node == offset)
-                    columns[rate, above, place, :, 2 * end : 2 * end + 2] = blocks[row_node[above]][:, :, list(rail)]
-                    below = np.flatnonzero(row_node - column_node == offset) if offset else above[:0]
-                    transposed = blocks[column_node[below]].transpose(0, 2, 1)
-                    columns[rate, below, place, :, 2 * end : 2 * end + 2] = transposed[:, :, list(rail)]
+            column = np.arange(elements) + end
+            entries = slice(2 * end, 2 * end + 2)
+            for offset, blocks in enumerate(band):
+                # blocks[i] couples node i to node i + offset: above the column's node, and transposed below it.
+                place = column - offset - window_node
+                held = np.flatnonzero((place >= 0) & (column >= offset))
+                columns[rate, held, place[held], :, entries] = blocks[column[held] - offset][:, :, list(rail)]
+                place = column + offset - window_node
+                held = np.flatnonzero((place < width) & (column + offset < nodes))
+                columns[rate, held, place[held], :, entries] = blocks[column[held]].transpose(0, 2, 1)[:, :, list(rail)]
     # Far entries are round-off of near ones: they are compared on the scale of the largest of their kind.
     largest = np.broadcast_to(np.abs(columns).max(axis=(1, 2), keepdims=True), columns.shape)[:, 0].ravel()
     columns = columns.reshape(len(factors), elements, width * dofs, 4)

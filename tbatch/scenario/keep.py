@@ -97,11 +97,12 @@ def complete_keep(keep: Keep, track_kind: str, step: float, cases: int, samples:
         if channel.startswith(("rail", "slab", "base")) and not channel.startswith(layers):
             message = f"does not exist on a {track_kind} track"
             findings.refuse(("keep", "channels", index), message, value=channel, accepted="a layer of the track")
-    every = max(1, round(1e-4 / step)) * step if keep.every is None else keep.every
-    whole = max(1, round(every / step))
-    if abs(every / step - whole) > 1e-6:
-        accepted = f"a whole multiple of integration.step = {step:g} s, such as {whole * step:g} s"
-        findings.refuse(("keep", "every"), "falls between the steps", value=every, accepted=accepted)
+    wanted = 1e-4 if keep.every is None else keep.every
+    whole = max(1, round(wanted / step))
+    every = whole * step
+    if keep.every is not None and abs(keep.every - every) > 1e-9 * every:
+        accepted = f"a whole multiple of integration.step = {step:g} s, such as {every:g} s"
+        findings.refuse(("keep", "every"), "falls between the steps", value=keep.every, accepted=accepted)
     for index, (case, sample) in enumerate(keep.runs):
         if case >= cases or sample >= samples:
             accepted = f"up to {run_name(cases - 1, samples - 1)}: {cases} speeds, {samples} samples each"

@@ -40,7 +40,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
     one mistake does not hide another.
 
     Args:
-        tables: The parsed scenario; what is not served yet is taken out of it.
+        tables: The parsed scenario; what is not yet available is taken out of it.
         stem: Name of the campaign if the scenario does not say one.
         folder: Folder that relative paths start from.
         findings: Takes all problems and warnings.
@@ -105,7 +105,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
 def _sections(tables: Mapping[str, Any], incomplete: set[Any], findings: Findings) -> dict[str, Any]:
     """Return the tables that are sound on their own."""
     fields = Document.model_fields
-    for name in tables.keys() - fields.keys():
+    for name in [name for name in tables if name not in fields]:
         value = None if isinstance(tables[name], dict | list) else tables[name]
         accepted = ", ".join(fields)
         findings.refuse((name,), f"is not a known table{did_you_mean(name, fields)}", value=value, accepted=accepted)

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from tbatch.scenario.errors import Findings, did_you_mean
 from tbatch.scenario.fields import BedQuantity, Field, Quantity
 
-BENDING_STIFFNESS = Quantity("N*m^2", 1.0, 1e13)
+BENDING_STIFFNESS = Quantity("N*m^2", 1.0, 1e12)
 LINE_MASS = Quantity("kg/m", 1e-3, 1e6)
 
 S = TypeVar("S", bound="Section")
@@ -63,7 +63,7 @@ class Rayleigh(Pair):
 
     alpha: Annotated[float | None, Quantity("1/s", 0.0, 1e4)] = None
     """Factor of M [1/s]."""
-    beta: Annotated[float | None, Quantity("s", 0.0, 1.0)] = None
+    beta: Annotated[float | None, Quantity("s", 0.0, 0.1)] = None
     """Factor of K [s]."""
 
 

@@ -89,7 +89,9 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
     position = start + speed * result.time
     rows = slice(None, None, max(1, round(FRAME_INTERVAL / float(result.time[1]))))
     layers = {layer: np.ascontiguousarray(channel[layer][rows]) for layer in LAYERS if layer in channel}
-    radius = {} if vehicle.wheel_radius is None else {"wheel_radius": vehicle.wheel_radius}
+    optional: dict[str, Any] = dict(layers)
+    if vehicle.wheel_radius is not None:
+        optional["wheel_radius"] = vehicle.wheel_radius
     summary = _of_run(result.summary, index)
     return RunRecord(
         name=name,
@@ -122,8 +124,7 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
             "force_max_kN": 1e-3 * float(np.max(summary["force_max"].to_numpy())),
             "step_ms": 1e3 * campaign.step,
         },
-        **layers,
-        **radius,
+        **optional,
     )
 
 

@@ -121,7 +121,7 @@ class ProgressDisplay:
         done, total = progress.run_steps_done, progress.run_steps_total
         phase = str(getattr(progress, "phase", ""))
         name = " ".join(word for word in (self._title, phase) if word)
-        state = self.describe(progress)
+        state = self.describe(progress) if total > 0 else ""
         with suppress(OSError, ValueError):
             if self._bar is not None:
                 task = self._bar.task_ids[0]
@@ -129,8 +129,8 @@ class ProgressDisplay:
                 self._bar.refresh()
                 return
             share = f"{100 * done // total} %, " if total > 0 else ""
-            line = f"{name + ': ' if name else ''}{share}{state}"
-            if line != self._line:
+            line = ": ".join(part for part in (name, share + state) if part)
+            if line and line != self._line:
                 self._line = line
                 self._write(line)
 

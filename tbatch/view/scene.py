@@ -19,13 +19,15 @@ from tbatch.view.thinning import Samples, spaced_samples
 
 Float32 = NDArray[np.float32]
 
-FRAME_TRAVEL = 0.25  # least way between two pictures [m]
+FRAME_TRAVEL = 0.3  # least way between two pictures [m]
 FRAME_INTERVAL = 1e-3  # least time between two pictures [s]
 MARGIN = 5.0  # track in view before the first wheel and behind the last [m]
-OVERHANG = 12.0  # track drawn beyond that, for windows wider than usual [m]
-RAIL_SPACING, SLAB_SPACING = 0.2, 0.6  # between drawn points [m]
+OVERHANG = 9.0  # track drawn beyond that, for windows wider than usual [m]
+HEAD_SPACING, RAIL_SPACING, SLAB_SPACING = 0.2, 0.4, 1.0  # between drawn points [m]
+HEAD_HALVINGS, HEAD_TOLERANCE = 3, 0.02  # times a spacing is halved where the drawn surface bends more [m]
+GRAIN = 1.0 / 512.0  # drawn coordinates are whole multiples of it: a tenth of a pixel, and packs well [m]
 ROOM = 0.6  # largest drawn displacement of rail and wheels [m]
-RAIL_HEIGHT = 0.18  # of the drawn rail: its foot follows the deflection, its head the running surface [m]
+RAIL_DEPTH = 0.18  # of the line that shows the rail's deflection alone, below the running surface [m]
 SLAB_DEPTH, BASE_DEPTH = 0.50, 0.85  # of their centre lines below the running surface [m]
 BOGIE_HEIGHT, BOGIE_DEPTH = 1.1, 0.22  # of a bogie frame's centre, and its depth [m]
 FLOOR, ROOF = 1.75, 4.1  # of a carbody [m]
@@ -57,8 +59,10 @@ class Scene:
     bodies: tuple[DrawnBody, ...]
     springs: Float32 | None
     # suspensions as zigzag lines [m], shape (frame, spring, point, 3)
+    surface: Float32
+    # running surface, x from the track's start as it is fixed to it [m], shape (frame, point, 3)
     lines: dict[str, Float32]
-    # "head" and "foot" of the rail, "slab", "base" where known [m], shape (frame, point, 3)
+    # "rail", and "slab" and "base" where known [m], shape (frame, point, 3)
     wheel_bottom: Float32
     # lowest point of each wheel (x, y, z) [m], shape (frame, wheel, 3)
     gap: Array
@@ -73,6 +77,7 @@ def build_scene(record: RunRecord) -> Scene:
     factor = choose_exaggeration(record, frames)
     reach = (-float(np.max(record.wheel_offsets)) - MARGIN, MARGIN)
     lines = track_lines(record, frames, factor, reach)
+    surface = running_surface(record, frames, factor, reach)
     bodies = drawn_bodies(record, frames, factor)
     wheels = [body for body in bodies if body.kind == "wheelset"]
     bottom = np.zeros((len(frames), record.wheel_count, 3))
@@ -84,6 +89,7 @@ def build_scene(record: RunRecord) -> Scene:
         frames=frames,
         bodies=tuple(bodies),
         springs=suspension(record, bodies),
+        surface=surface,
         lines=lines,
         wheel_bottom=_rounded(bottom),
         gap=gaps(record, frames),
@@ -92,12 +98,13 @@ def build_scene(record: RunRecord) -> Scene:
 
 
 def choose_frames(record: RunRecord) -> Samples:
-    """Pick the samples that become pictures: a few hundred per 100 m, and all separation instants."""
+    """Pick the samples that become pictures: a few hundred per 100 m, more while a wheel is off the rail."""
     n = record.samples
     time, position = np.asarray(record.time[:n]), np.asarray(record.position[:n])
     regular = spaced_samples(time, position, interval=FRAME_INTERVAL, travel=FRAME_TRAVEL)
-    instants = [t for event in record.events for t in (event.start, 0.5 * (event.start + event.end), event.end)]
-    samples = np.searchsorted(time, np.asarray(instants, float) - 1e-12)
+    pieces = [max(4, np.ceil((event.end - event.start) / FRAME_INTERVAL)) for event in record.events]
+    instants = [np.linspace(e.start, e.end, int(count) + 1) for e, count in zip(record.events, pieces, strict=True)]
+    samples = np.searchsorted(time, np.concatenate(instants or [np.zeros(0)]) - 1e-12)
     return np.union1d(regular, np.clip(samples, 0, n - 1)).astype(np.intp)
 
 
@@ -140,31 +147,51 @@ def along(at: Array, values: Array, x: Array) -> Array:
     return ((c[0] * s + c[1]) * s + c[2]) * s + c[3]
 
 
+def running_surface(record: RunRecord, frames: Samples, factor: int, reach: tuple[float, float]) -> Float32:
+    """Draw the rail's deflection and irregularity, with points closer together where a short defect needs them."""
+    position = np.asarray(record.position)[frames]
+    low, high = reach[0] - OVERHANG, reach[1] + OVERHANG
+    start = HEAD_SPACING * np.floor((position[0] + low) / HEAD_SPACING)  # on the track's own grid: no flicker
+    places = np.arange(start, position[-1] + high + HEAD_SPACING, HEAD_SPACING)
+    for _ in range(HEAD_HALVINGS):
+        level = factor * _level(record, places)
+        middle = 0.5 * (places[1:] + places[:-1])
+        bent = np.abs(factor * _level(record, middle) - 0.5 * (level[1:] + level[:-1])) > HEAD_TOLERANCE
+        places = np.union1d(places, middle[bent])
+    first, last = np.searchsorted(places, position + low), np.searchsorted(places, position + high)
+    column = np.arange(np.max(last - first))
+    x = places[np.minimum(first[:, None] + column, last[:, None])]  # shorter ones repeat their last point
+    deflection = _deflection(record, record.rail, frames, x)
+    return _rounded(np.stack((x, np.zeros_like(x), -factor * (deflection + _level(record, x))), axis=2))
+
+
 def track_lines(record: RunRecord, frames: Samples, factor: int, reach: tuple[float, float]) -> dict[str, Float32]:
-    """Draw rail, slab and base plate as lines seen from the vehicle."""
+    """Draw the deflected rail, slab and base plate."""
     lines: dict[str, Float32] = {}
     position = np.asarray(record.position)[frames, None]
-
-    def line(name: str, depth: float, spacing: float, deflection: Array | None, surface: bool = False) -> None:
+    for name, values, depth, spacing in (
+        ("rail", record.rail, RAIL_DEPTH, RAIL_SPACING),
+        ("slab", record.slab, SLAB_DEPTH, SLAB_SPACING),
+        ("base", record.base, BASE_DEPTH, SLAB_SPACING),
+    ):
+        if values is None and name != "rail":
+            continue
         seen = np.arange(reach[0] - OVERHANG, reach[1] + OVERHANG + spacing / 2, spacing)
         x = position + seen
-        points = np.zeros((*x.shape, 3))
-        points[:, :, 0] = seen
-        points[:, :, 2] = -depth
-        if deflection is not None and record.rail_at is not None:
-            points[:, :, 2] -= factor * along(record.rail_at, deflection, x)
-        if surface and record.line is not None:
-            points[:, :, 2] -= factor * np.interp(x, np.asarray(record.line[0]), np.asarray(record.line[1]))
-        lines[name] = _rounded(points)
-
-    rail = _track_rows(record, record.rail, frames)
-    line("head", 0.0, RAIL_SPACING, rail, surface=True)
-    line("foot", RAIL_HEIGHT, RAIL_SPACING, rail)
-    if record.slab is not None:
-        line("slab", SLAB_DEPTH, SLAB_SPACING, _track_rows(record, record.slab, frames))
-    if record.base is not None:
-        line("base", BASE_DEPTH, SLAB_SPACING, _track_rows(record, record.base, frames))
+        height = -depth - factor * _deflection(record, values, frames, x)
+        lines[name] = _rounded(np.stack((np.broadcast_to(seen, x.shape), np.zeros_like(x), height), axis=2))
     return lines
+
+
+def _level(record: RunRecord, x: Array) -> Array:
+    if record.line is None:
+        return np.zeros_like(x)
+    return np.interp(x, np.asarray(record.line[0]), np.asarray(record.line[1]))
+
+
+def _deflection(record: RunRecord, values: Array | None, frames: Samples, x: Array) -> Array:
+    rows = _track_rows(record, values, frames)
+    return np.zeros_like(x) if rows is None or record.rail_at is None else along(record.rail_at, rows, x)
 
 
 def _track_rows(record: RunRecord, values: Array | None, frames: Samples) -> Array | None:
@@ -263,5 +290,4 @@ def gaps(record: RunRecord, frames: Samples) -> Array:
 
 
 def _rounded(points: Array) -> Float32:
-    """Round to 1/1024 m of the drawing, far below a pixel: the recording packs four times better."""
-    return (np.round(points * 1024.0) / 1024.0).astype(np.float32)
+    return (np.round(points / GRAIN) * GRAIN).astype(np.float32)

@@ -23,7 +23,7 @@ class ToyScenario:
     name: str = "toy"
     seed: int = 7
     speeds: tuple[float, ...] = (50.0, 100.0)
-    keep: Keep = Keep(timelines="none")
+    keep: Keep = field(default_factory=lambda: Keep(timelines="none"))
     limits_diverged: int = 0
     step: float = 1e-3
 
@@ -103,6 +103,7 @@ class ToyExecutor:
         return SimpleNamespace(
             status=np.array([int(pair in self.diverging) for pair in pairs]),
             steps=np.full(len(pairs), STEPS),
+            run_steps_per_second=1e6,
             summary=pa.Table.from_pylist(wheel_rows),
             separations=pa.Table.from_pylist(events, schema=schema),
         )

@@ -14,8 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.sparse import block_diag, csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import splu
+from scipy.sparse import block_diag, diags
 
 from tbatch import Track, Vehicle
 
@@ -56,13 +55,16 @@ class DirectIntegration:
         track, vehicle = self.track, self.vehicle
         self.nv, self.nt = vehicle.dof_count, track.node_count * track.node_dofs
         self.element = track.length / track.element_count
-        held = diags(track.pinned.ravel().astype(float))
-        self.moves = ~track.pinned.ravel()
-        self.M, self.C, self.K = (csr_matrix(m.to_csc()) for m in (track.mass, track.damping, track.stiffness))
-        self.mass_factor = splu(csc_matrix(self.M + held))
-        self.K_held = self.K + held
-        self.inverse_mass = np.linalg.inv(vehicle.mass)
         self.wheels = np.array(vehicle.wheel_dofs)
+        self.moves = ~track.pinned.ravel()
+        self.K = track.stiffness.to_csc()
+        held = diags(track.pinned.ravel().astype(float))
+        # Mass times acceleration is resolved once: full inverses, the systems of the proofs are small.
+        self.inverse_mass = np.linalg.inv(block_diag([vehicle.mass, track.mass.to_csc() + held]).toarray())
+        couplings = [block_diag(pair).toarray() for pair in zip(
+            (vehicle.stiffness, vehicle.damping), (self.K, track.damping.to_csc()), strict=True)]  # fmt: skip
+        self.A = -self.inverse_mass @ np.hstack(couplings)
+        self.lift = self.inverse_mass[:, : self.nv] @ vehicle.weight
 
     # Kinematics -------------------------------------------------------------------------------------------------------
 
@@ -70,32 +72,25 @@ class DirectIntegration:
         """x of each wheel [m]."""
         return self.start + self.speed * t - self.vehicle.wheel_offsets
 
-    def shape(self, x: float) -> tuple[np.ndarray, np.ndarray, float]:
-        """Track dofs under a place, the cubic Hermite values there, and the local rail compliance [m/N]."""
-        a = self.element
-        e = min(int(x / a), self.track.element_count - 1)
+    def shape(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Track dofs under each place and the cubic Hermite values there, (place, 4) each; local compliance [m/N]."""
+        a, m = self.element, self.track.node_dofs
+        e = np.minimum((x / a).astype(int), self.track.element_count - 1)
         s = x / a - e
         values = np.array([1 - 3 * s**2 + 2 * s**3, a * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, a * (s**3 - s**2)])
-        m = self.track.node_dofs
-        dofs = np.array([e * m, e * m + 1, (e + 1) * m, (e + 1) * m + 1])
-        local = 0.0 if self.rail_EI is None else (s * a * (1 - s) * a) ** 3 / (3 * self.rail_EI * a**3)
-        return dofs, values * self.moves[dofs], local
+        dofs = e[:, None] * m + np.array([0, 1, m, m + 1])
+        local = np.zeros(len(x)) if self.rail_EI is None else (s * (1 - s) * a) ** 3 / (3 * self.rail_EI)
+        return dofs, values.T * self.moves[dofs], local
 
     def clearance(self, t: float, y: np.ndarray) -> np.ndarray:
         """z - N u - r: the overlap without the local rail compliance [m], shape (wheel,)."""
         x = self.positions(t)
-        rail = np.zeros(len(x))
-        if self.nt:
-            for j, place in enumerate(x):
-                dofs, values, _ = self.shape(place)
-                rail[j] = values @ y[self.nv + dofs]
-        return y[self.wheels] - rail - self.level(x)
+        dofs, values, _ = self.shape(x)
+        return y[self.wheels] - (values * y[self.nv + dofs]).sum(1) - self.level(x)
 
     def force(self, t: float, y: np.ndarray) -> np.ndarray:
         """Contact forces [N], shape (wheel,)."""
-        clearance = self.clearance(t, y)
-        local = np.array([self.shape(x)[2] if self.nt else 0.0 for x in self.positions(t)])
-        return self.law(clearance, local)
+        return self.law(self.clearance(t, y), self.shape(self.positions(t))[2])
 
     def law(self, clearance: np.ndarray, local: np.ndarray) -> np.ndarray:
         """F with F = K δ^p and δ + a F = clearance."""
@@ -109,7 +104,7 @@ class DirectIntegration:
             slope = 2.0 * q + 3.0 * local * K * q**2
             change = (q**2 + local * K * q**3 - g) / np.where(slope > 0.0, slope, 1.0)
             q = q - change
-            if np.abs(change).max() <= 1e-16 * max(np.abs(q).max(), 1e-300):
+            if np.abs(change).max() <= 1e-15 * np.abs(q).max():
                 break
         return K * q**3
 
@@ -117,72 +112,59 @@ class DirectIntegration:
 
     def right_hand_side(self, t: float, y: np.ndarray) -> np.ndarray:
         """ẏ."""
-        nv, nt = self.nv, self.nt
-        z, u, vz, vu = y[:nv], y[nv : nv + nt], y[nv + nt : 2 * nv + nt], y[2 * nv + nt :]
-        force = self.force(t, y)
-        load = self.vehicle.weight - self.vehicle.damping @ vz - self.vehicle.stiffness @ z
-        load[self.wheels] -= force
-        if not nt:
-            return np.concatenate([vz, self.inverse_mass @ load])
-        ground = -(self.C @ vu) - self.K @ u
-        for x, F in zip(self.positions(t), force, strict=True):
-            dofs, values, _ = self.shape(x)
-            ground[dofs] += values * F
-        return np.concatenate([vz, vu, self.inverse_mass @ load, self.mass_factor.solve(ground)])
+        n, nv = self.nv + self.nt, self.nv
+        x = self.positions(t)
+        dofs, values, local = self.shape(x)
+        clearance = y[self.wheels] - (values * y[nv + dofs]).sum(1) - self.level(x)
+        force = self.law(clearance, local)
+        acceleration = self.A @ y + self.lift - self.inverse_mass[:, self.wheels] @ force
+        for j, F in enumerate(force):
+            acceleration += self.inverse_mass[:, nv + dofs[j]] @ (values[j] * F)
+        return np.concatenate([y[n:], acceleration])
 
     def jacobian(self, t: float, y: np.ndarray) -> np.ndarray:
-        """∂ẏ/∂y, dense; for implicit integrators."""
-        nv, nt = self.nv, self.nt
-        n = nv + nt
-        if not hasattr(self, "_fixed"):
-            inverse = np.zeros((n, n))
-            inverse[:nv, :nv] = self.inverse_mass
-            inverse[nv:, nv:] = self.mass_factor.solve(np.eye(nt))
-            self._inverse = inverse
-            self._fixed = np.zeros((2 * n, 2 * n))
-            self._fixed[:n, n:] = np.eye(n)
-            self._fixed[n:, :n] = -inverse @ block_diag([self.vehicle.stiffness, self.K]).toarray()
-            self._fixed[n:, n:] = -inverse @ block_diag([self.vehicle.damping, self.C]).toarray()
-        result = self._fixed.copy()
-        for j, x in enumerate(self.positions(t)):
-            dofs, values, local = self.shape(x)
-            F = self.force(t, y)[j]
-            if F <= 0.0:
-                continue
-            overlap = (F / self.stiffness) ** (1.0 / self.exponent)
-            own = self.stiffness * self.exponent * overlap ** (self.exponent - 1.0)
-            row = np.zeros(n)
-            row[self.wheels[j]], row[nv + dofs] = 1.0, -values
-            result[n:, :n] -= own / (1.0 + local * own) * np.outer(self._inverse @ row, row)
+        """∂ẏ/∂y, for implicit integrators."""
+        n = self.nv + self.nt
+        result = np.vstack([np.eye(n, 2 * n, n), self.A])
+        rows, local = self.rows(t)
+        tangent = self.tangent(self.force(t, y), local)
+        result[n:, :n] -= self.inverse_mass @ rows.T @ (tangent[:, None] * rows)
         return result
+
+    def rows(self, t: float) -> tuple[np.ndarray, np.ndarray]:
+        """z_w - N u as rows over (z, u), shape (wheel, dof), and the local compliance [m/N], shape (wheel,)."""
+        dofs, values, local = self.shape(self.positions(t))
+        rows = np.zeros((len(self.wheels), self.nv + self.nt))
+        for j, wheel in enumerate(self.wheels):
+            rows[j, wheel], rows[j, self.nv + dofs[j]] = 1.0, -values[j]
+        return rows, local
+
+    def tangent(self, force: np.ndarray, local: np.ndarray) -> np.ndarray:
+        """dF/d(z - N u - r) at a force, shape (wheel,)."""
+        overlap = (force / self.stiffness) ** (1.0 / self.exponent)
+        own = np.where(force > 0.0, self.stiffness * self.exponent * overlap ** (self.exponent - 1.0), 0.0)
+        return own / (1.0 + local * own)
 
     def static(self) -> np.ndarray:
         """Equilibrium at t = 0, by Newton's method on the whole system."""
-        nv, nt = self.nv, self.nt
-        wheels, x = self.wheels, self.positions(0.0)
-        K = block_diag([self.vehicle.stiffness, self.K_held]).toarray() if nt else self.vehicle.stiffness.copy()
-        weight = np.concatenate([self.vehicle.weight, np.zeros(nt)])
-        rows, local = np.zeros((len(x), nv + nt)), np.zeros(len(x))
-        for j, place in enumerate(x):
-            rows[j, wheels[j]] = 1.0
-            if nt:
-                dofs, values, local[j] = self.shape(place)
-                rows[j, nv + dofs] = -values
+        n = self.nv + self.nt
+        held = diags(self.track.pinned.ravel().astype(float))
+        K = block_diag([self.vehicle.stiffness, self.K + held]).toarray()
+        weight = np.concatenate([self.vehicle.weight, np.zeros(self.nt)])
+        rows, local = self.rows(0.0)
+        level = self.level(self.positions(0.0))
         # From linear springs of about the right stiffness, so that all wheels are in contact at the start.
-        load = weight.sum() / len(x)
+        load = weight.sum() / len(level)
         secant = load / ((load / self.stiffness) ** (1.0 / self.exponent) + local * load)
-        level = self.level(x)
         y = np.linalg.solve(K + rows.T @ (secant[:, None] * rows), weight + rows.T @ (secant * level))
         for _ in range(50):
-            F = self.law(rows @ y - level, local)
-            overlap = (F / self.stiffness) ** (1.0 / self.exponent)
-            own = self.stiffness * self.exponent * overlap ** (self.exponent - 1.0)
-            tangent = own / (1.0 + local * own)
-            change = np.linalg.solve(K + rows.T @ (tangent[:, None] * rows), weight - K @ y - rows.T @ F)
+            force = self.law(rows @ y - level, local)
+            tangent = self.tangent(force, local)
+            change = np.linalg.solve(K + rows.T @ (tangent[:, None] * rows), weight - K @ y - rows.T @ force)
             y = y + change
-            if np.abs(change).max() < 1e-15 * np.abs(y).max():
+            if np.abs(change).max() < 1e-14 * np.abs(y).max():
                 break
-        return np.concatenate([y, np.zeros(nv + nt)])
+        return np.concatenate([y, np.zeros(n)])
 
     def run(
         self, time: np.ndarray, *, initial: np.ndarray | None = None, method: str = "DOP853", rtol: float = 1e-9
@@ -201,11 +183,13 @@ class DirectIntegration:
         options = {"jac": self.jacobian} if method == "Radau" else {}
         stops = sorted({self._when(x, j) for x in self.breaks for j in range(len(self.wheels))})
         stops = [t for t in stops if 0.0 < t < time[-1]] + [time[-1]]
-        events = [self._crossing(j, sign) for j in range(len(self.wheels)) for sign in (-1, 1)]
+        touching = self.clearance(0.0, y) > 0.0
         times, states, lost, regained = [np.zeros(1)], [y[None]], [], []
         now = 0.0
         for stop in stops:
             while now < stop:
+                # Only the other side of the present state is looked for: a root is not found a second time.
+                events = [self._crossing(j, -1 if touching[j] else 1) for j in range(len(self.wheels))]
                 asked = time[(time > now) & (time <= stop)]
                 result = solve_ivp(
                     self.right_hand_side, (now, stop), y, method=method, events=events, rtol=rtol, atol=atol,
@@ -219,9 +203,10 @@ class DirectIntegration:
                 if result.status == 0:
                     now, y = stop, result.y[:, -1]
                     continue
-                which = next(k for k, found in enumerate(result.t_events) if len(found))
-                now, y = float(result.t_events[which][0]), result.y_events[which][0]
-                (regained if which % 2 else lost).append((now, which // 2))
+                wheel = next(j for j, found in enumerate(result.t_events) if len(found))
+                now, y = float(result.t_events[wheel][0]), result.y_events[wheel][0]
+                (lost if touching[wheel] else regained).append((now, wheel))
+                touching[wheel] = not touching[wheel]
         t, states_at = np.concatenate(times), np.concatenate(states)
         assert np.array_equal(t, time)
         force = np.array([self.force(when, one) for when, one in zip(t, states_at, strict=True)])
@@ -229,8 +214,8 @@ class DirectIntegration:
 
     def rail(self, track: np.ndarray, x: float) -> np.ndarray:
         """N u at a place from the track dofs, shape (time, dof) to (time,)."""
-        dofs, values, _ = self.shape(x)
-        return track[:, dofs] @ values
+        dofs, values, _ = self.shape(np.array([x]))
+        return track[:, dofs[0]] @ values[0]
 
     def _when(self, x: float, wheel: int) -> float:
         return (x - self.start + self.vehicle.wheel_offsets[wheel]) / self.speed if self.speed else 0.0

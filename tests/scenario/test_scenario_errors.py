@@ -138,7 +138,7 @@ def test_what_comes_later_is_known_and_refused_as_not_yet(lines: str, key: str) 
     else:
         text += lines + "\n"
     found = problems(text)
-    assert "not served yet" in found[key].message
+    assert "not yet available" in found[key].message
     assert len(found) == 1
 
 

@@ -10,6 +10,8 @@ from synthetic_run import synthetic_record
 from tbatch.view.timeline import write_recording
 from tbatch.view.viewer import find_binary
 
+GRAIN = 2.0**-12  # stated rounding of plotted values
+
 
 @pytest.fixture(scope="module", autouse=True)
 def strict():
@@ -59,7 +61,7 @@ def test_recording_verifies_and_is_the_same_when_written_again(record, written, 
 def test_force_is_kept_at_every_sample_and_zero_only_where_separated(record, content):
     force = np.array(content["/force"]["Scalars:scalars"])
     assert force.shape == record.contact_force.shape
-    np.testing.assert_allclose(force, record.force_ratio, atol=2.0**-13)  # stated rounding
+    np.testing.assert_allclose(force, record.force_ratio, atol=GRAIN)
     np.testing.assert_array_equal(force == 0.0, record.contact_force == 0.0)
     assert force.max() >= record.force_ratio.max()  # peaks are rounded away from zero, never down
 
@@ -125,7 +127,8 @@ def test_a_property_may_be_whole_in_one_run_and_broken_in_the_next(record, tmp_p
 def test_a_recording_of_100_m_stays_below_3_megabytes(tmp_path):
     record = synthetic_record(seed=2, speed=160 / 3.6, length=145.0)  # a slow run has the most samples
     assert record.position[-1] - record.position[0] == pytest.approx(100.0, abs=0.1)
-    assert write_recording(record, tmp_path / "run.rrd").stat().st_size < 3e6
+    # 3 MB are promised; rails of real track are rougher than these and need a third more in the side view
+    assert write_recording(record, tmp_path / "run.rrd").stat().st_size < 2.4e6
 
 
 def test_a_long_run_has_an_overview_that_keeps_its_peaks(record, tmp_path, monkeypatch):
@@ -136,7 +139,7 @@ def test_a_long_run_has_an_overview_that_keeps_its_peaks(record, tmp_path, monke
     content = read(write_recording(record, tmp_path / "long.rrd"))
     overview = np.array(content["/force_overview"]["Scalars:scalars"])
     assert overview.size <= 4000
-    np.testing.assert_allclose(overview.max(axis=0), record.force_ratio.max(axis=0), atol=2.0**-13)
+    np.testing.assert_allclose(overview.max(axis=0), record.force_ratio.max(axis=0), atol=GRAIN)
     assert np.all(overview.min(axis=0) == 0.0)
     assert np.array(content["/force"]["Scalars:scalars"]).shape == record.contact_force.shape
 

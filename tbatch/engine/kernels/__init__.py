@@ -8,3 +8,9 @@ Rules of this folder, from Taichi 1.7.4 with lane vectors (`real_matrix_scalariz
 - No `from __future__ import annotations`; array parameters of a `@ti.func` are `ti.template()`.
 - Every sum has a stated order, the one of `tbatch.numerics.reference`: both give the same bits.
 """
+
+import os
+
+# Both must be set before taichi is imported: the first silences a banner on stdout, the second a network call (1.7.4).
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")

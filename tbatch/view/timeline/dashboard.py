@@ -16,7 +16,9 @@ from tbatch.view.timeline.clock import CHAINAGE, TIME
 from tbatch.view.timeline.side_view import ORIGIN
 
 WINDOW_TIME = 0.05  # shown before and after the cursor in close-ups [s]
-LEFT_TOP = rrb.PlotLegend(corner=rrb.Corner2D.LeftTop)
+LEGEND = rrb.PlotLegend(corner=rrb.Corner2D.LeftTop)  # runs begin calmly: little is hidden
+NO_LEGEND = rrb.PlotLegend(visible=False)
+SLOW_MOTION = 0.05  # simulated seconds played in a second
 FORCE_TOP = 3.0  # least top of the Q/Q0 axis
 POINTS_MAX = 2_000_000  # in one view: the software renderer needs half a minute for eight times as many
 VIEW_HEIGHT = 0.5206  # tangent of half the viewer's angle of view (55 degrees upright, rerun 0.41)
@@ -29,46 +31,28 @@ def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
     top = max(FORCE_TOP, 1.05 * float(np.max(record.force_ratio[:n])))
     force_axis = rrb.ScalarAxis(range=(-0.05 * top, top), zoom_lock=True)
     whole, window = _whole(), _window(record)
-    quiet = rrb.PlotLegend(visible=False)
 
-    left: list[tuple[float, rrb.View]] = [
-        (3.2, _side_view(scene)),
-        (
-            2.0,
-            _plot(
-                force_overview(record),
-                "Contact force Q/Q0, whole run",
-                axis_x=whole,
-                axis_y=force_axis,
-                plot_legend=LEFT_TOP,
-            ),
-        ),
-        (0.35 + 0.36 * record.wheel_count, _lanes(whole)),
-    ]
+    forces = _plot(force_overview(record), "Contact force Q/Q0, whole run", axis_y=force_axis, axis_x=whole)
+    lanes_share = 0.47 + 0.36 * record.wheel_count
+    left: list[tuple[float, rrb.View]] = [(3.2, _side_view(scene)), (2.0, forces), (lanes_share, _lanes(whole))]
     if record.irregularity is not None:
         level = 1e3 * record.irregularity[:n]
         low, high = _span(level)  # a low plot shows few numbers on its axis: say the range in words
         name = f"Irregularity under the wheels [mm], dip positive: {low:.2f} to {high:.2f}"
-        left.append((1.9, _plot("irregularity", name, axis_x=whole, axis_y=_axis(level), plot_legend=quiet)))
+        left.append((1.9, _plot("irregularity", name, axis_y=_axis(level), axis_x=whole, plot_legend=NO_LEGEND)))
 
-    right: list[tuple[float, rrb.View | rrb.Container]] = [
-        (
-            1.9,
-            _plot(
-                "force", f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms", axis_y=force_axis, time_ranges=window, plot_legend=quiet
-            ),
-        )
-    ]
+    name = f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms"
+    close = _plot("force", name, axis_y=force_axis, time_ranges=window, plot_legend=NO_LEGEND)
+    right: list[tuple[float, rrb.View | rrb.Container]] = [(1.9, close)]
     if under is not None:
-        name = "Rail under the wheels [mm], down positive"
-        right.append(
-            (1.4, _plot("rail_deflection", name, time_ranges=window, axis_y=_axis(1e3 * under), plot_legend=quiet))
-        )
+        name, axis = "Rail under the wheels [mm], down positive", _axis(1e3 * under)
+        rail = _plot("rail_deflection", name, axis_y=axis, time_ranges=window, plot_legend=NO_LEGEND)
+        right.append((1.4, rail))
     tabs: list[rrb.View] = [rrb.TextDocumentView(origin="/sheet", name="Run sheet")]
     if record.vehicle is not None:
-        tabs.append(_plot("displacement", "Vehicle [mm], down positive", axis_x=whole, plot_legend=LEFT_TOP))
+        tabs.append(_plot("displacement", "Vehicle [mm], down positive", axis_x=whole))
     if record.vehicle_acceleration is not None:
-        tabs.append(_plot("acceleration", "Vehicle [m/s²]", axis_x=whole, plot_legend=LEFT_TOP))
+        tabs.append(_plot("acceleration", "Vehicle [m/s²]", axis_x=whole))
     right += [(1.5, _events()), (2.2, rrb.Tabs(*tabs))]
 
     return rrb.Blueprint(
@@ -77,7 +61,14 @@ def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
             rrb.Vertical(*(view for _, view in right), row_shares=[share for share, _ in right]),
             column_shares=[2.1, 1],
         ),
-        rrb.TimePanel(state="collapsed", timeline=TIME, play_state="paused", playback_speed=0.05),
+        # Paused, or the viewer starts playing at once; slow motion of the same speed on both timelines.
+        rrb.TimePanel(
+            state="collapsed",
+            timeline=TIME,
+            play_state="paused",
+            playback_speed=SLOW_MOTION,
+            fps=1e3 * _speed(record),
+        ),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
         auto_layout=False,
@@ -90,8 +81,8 @@ def force_overview(record: RunRecord) -> str:
     return "force" if record.samples * record.wheel_count <= POINTS_MAX else "force_overview"
 
 
-def _plot(entity: str, name: str, **options: Any) -> rrb.TimeSeriesView:
-    return rrb.TimeSeriesView(origin=f"/{entity}", name=name, **options)
+def _plot(entity: str, name: str, *, plot_legend: rrb.PlotLegend = LEGEND, **options: Any) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(origin=f"/{entity}", name=name, plot_legend=plot_legend, **options)
 
 
 def _span(values: Array) -> tuple[float, float]:
@@ -114,11 +105,14 @@ def _whole() -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(start=boundary(), end=boundary()))
 
 
+def _speed(record: RunRecord) -> float:
+    last = record.samples - 1
+    return float(record.position[last] - record.position[0]) / float(record.time[last] - record.time[0])
+
+
 def _window(record: RunRecord) -> list[rr.VisibleTimeRange]:
     """Span a little round the cursor, on either timeline."""
-    n = record.samples
-    speed = float(record.position[n - 1] - record.position[0]) / float(record.time[n - 1] - record.time[0])
-    travel = max(round(1e3 * speed * WINDOW_TIME), 1)
+    travel = max(round(1e3 * _speed(record) * WINDOW_TIME), 1)
     boundary = rr.TimeRangeBoundary.cursor_relative
     return [
         rr.VisibleTimeRange(TIME, start=boundary(seconds=-WINDOW_TIME), end=boundary(seconds=WINDOW_TIME)),

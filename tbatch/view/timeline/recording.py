@@ -21,6 +21,7 @@ from tbatch.view.timeline.clock import Clock
 from tbatch.view.timeline.dashboard import POINTS_MAX, dashboard, force_overview
 
 APPLICATION = "tbatch"
+GRAIN = 2.0**-12  # plotted values are whole multiples of it, in the unit of the plot
 MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02  # least time [s] and way [m] between samples of slower motions
 
 
@@ -118,9 +119,9 @@ def _series(
 
 
 def _shortened(values: Array) -> Array:
-    """Round to 13 bits after the point, away from zero so that only zero is zero: short fractions pack better."""
-    scaled = np.asarray(values, float) * 2.0**13
-    return np.copysign(np.ceil(np.abs(scaled)), scaled) * 2.0**-13
+    """Round to whole multiples of GRAIN, away from zero so that only zero is zero: short fractions pack better."""
+    scaled = np.asarray(values, float) / GRAIN
+    return np.copysign(np.ceil(np.abs(scaled)), scaled) * GRAIN
 
 
 def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
@@ -136,7 +137,7 @@ def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> Non
         states = dict(sorted(changes, key=lambda change: change[0]))  # the later of two at one time wins
         look = rr.StateConfiguration(
             values=["contact", "separated"],
-            labels=["contact", "SEPARATED"],
+            labels=["contact", "off"],
             colors=[palette.CONTACT, palette.WARNING],
         )
         entity = f"contact/wheel_{j + 1}"

@@ -7,13 +7,13 @@ import rerun as rr
 
 from tbatch.view import palette
 from tbatch.view.record import RunRecord
-from tbatch.view.scene import BASE_DEPTH, OVERHANG, RAIL_HEIGHT, SLAB_DEPTH, DrawnBody, Scene
+from tbatch.view.scene import BASE_DEPTH, OVERHANG, RAIL_DEPTH, SLAB_DEPTH, DrawnBody, Scene
 from tbatch.view.timeline.clock import Clock
 
 ORIGIN = "side"
 LINE_LOOK = {
-    "head": (palette.RAIL, 0.035),
-    "foot": (palette.RAIL_FOOT, 0.025),
+    "surface": (palette.RAIL, 0.035),
+    "rail": (palette.RAIL_FOOT, 0.025),
     "slab": (palette.SLAB, 0.13),
     "base": (palette.BASE, 0.17),
 }  # colour, half thickness [m]
@@ -27,9 +27,10 @@ def send(stream: rr.RecordingStream, record: RunRecord, scene: Scene, clock: Clo
     times = clock.at(scene.frames)
     for body in scene.bodies:
         _body(stream, scene, body, clock)
-    for name, points in scene.lines.items():
+    for name, points in {"surface": scene.surface, **scene.lines}.items():
         colour, radius = LINE_LOOK[name]
-        entity = f"{ORIGIN}/track/{name}"
+        # The surface is fixed to the ground that passes by, the smooth lines are given as the vehicle sees them.
+        entity = f"{ORIGIN}/{'ground' if name == 'surface' else 'track'}/{name}"
         stream.log(entity, rr.LineStrips3D.from_fields(colors=[colour], radii=[radius]), static=True, strict=True)
         stream.send_columns(entity, times, rr.LineStrips3D.columns(strips=list(points)), strict=True)
     if scene.springs is not None:
@@ -60,9 +61,12 @@ def _body(stream: rr.RecordingStream, scene: Scene, body: DrawnBody, clock: Cloc
             centers=centres, half_sizes=[[0.65, 0.01, 0.16 * height]], colors=[palette.WINDOW], fill_mode="solid"
         )
         stream.log(f"{entity}/windows", windows, static=True, strict=True)
-    turn = np.zeros((len(body.angle), 4), np.float32)
-    turn[:, 1], turn[:, 3] = np.sin(body.angle / 2), np.cos(body.angle / 2)
-    columns = rr.Transform3D.columns(translation=body.place, quaternion=turn)
+    if np.any(body.angle):
+        turn = np.zeros((len(body.angle), 4), np.float32)
+        turn[:, 1], turn[:, 3] = np.sin(body.angle / 2), np.cos(body.angle / 2)
+        columns = rr.Transform3D.columns(translation=body.place, quaternion=turn)
+    else:
+        columns = rr.Transform3D.columns(translation=body.place)
     stream.send_columns(entity, clock.at(scene.frames), columns, strict=True)
 
 
@@ -97,7 +101,7 @@ def _ground(stream: rr.RecordingStream, record: RunRecord, scene: Scene, clock: 
     ground = f"{ORIGIN}/ground"
     if record.bay:
         seats = np.arange(np.ceil(first / record.bay), np.floor(last / record.bay) + 1) * record.bay
-        top, bottom = -RAIL_HEIGHT - 0.04, -SLAB_DEPTH + 0.12
+        top, bottom = -RAIL_DEPTH - 0.04, -SLAB_DEPTH + 0.12
         marks = [[[x, 0.1, top], [x, 0.1, bottom]] for x in seats]
         stream.log(f"{ground}/fasteners", rr.LineStrips3D(marks, radii=0.05, colors=palette.MARK), static=True)
     places = np.arange(np.ceil(first / LABEL_EVERY), np.floor(last / LABEL_EVERY) + 1) * LABEL_EVERY
