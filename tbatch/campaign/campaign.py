@@ -4,26 +4,27 @@
 extension, nothing when all is there.
 """
 
-import hashlib
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 
 from tbatch.campaign.durable import make_folder
 from tbatch.campaign.executor import Executor, Local
+from tbatch.campaign.identity import run_count
 from tbatch.campaign.keep import worst_runs
 from tbatch.campaign.lock import FolderLock
 from tbatch.campaign.progress import Progress, Report
+from tbatch.campaign.recordings import Recorder, write_missing_recordings
 from tbatch.campaign.records import BatchResult, RunInputs, shard_tables
 from tbatch.campaign.sameness import differing_columns, rows_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
-from tbatch.campaign.store import RECORDINGS, SCENARIO_NAME, Message, Store
+from tbatch.campaign.store import SCENARIO_NAME, Message, Store
 from tbatch.scenario.run_name import parse_run_name, run_name
 
 if TYPE_CHECKING:
@@ -31,32 +32,48 @@ if TYPE_CHECKING:
     from tbatch.scenario import Scenario
 
 REPLAYED = ("contact_force", "vehicle", "vehicle_acceleration", "irregularity")
-RECORDED_TOGETHER = 8  # runs with full histories in memory at a time
-
-
-class Recorder(Protocol):
-    """Writes recordings: simulates the named runs again with histories and puts ``<name>.rrd`` into ``folder``."""
-
-    def __call__(self, campaign: "Campaign", names: Sequence[str], folder: Path) -> None:
-        """Writes one recording for each name."""
-        ...
 
 
 class Campaign:
-    """The stored runs of a scenario, in a folder."""
+    """The stored runs of a scenario, in a folder.
 
-    def __init__(self, store: Store, scenario: "Scenario", executor: Executor | None = None) -> None:
-        """Takes an opened store and its scenario; see ``open``."""
+    What is stored is read without building the scenario, so that it can be read where a measured level it names is not.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        scenario: "Scenario | None" = None,
+        executor: Executor | None = None,
+        *,
+        threads: int | None = None,
+    ) -> None:
+        """Takes an opened store; see ``open``.
+
+        Args:
+            store: The store.
+            scenario: Its scenario; default: made from the store when runs are simulated again.
+            executor: Where to simulate; default: in this process.
+            threads: Threads for that.
+        """
         self.store = store
-        self.scenario = scenario
+        self._scenario = scenario
         self._executor = executor
+        self._threads = threads
 
     @classmethod
     def open(cls, folder: Path | str, *, threads: int | None = None) -> "Campaign":
         """Opens a campaign folder to read it; ``threads`` are for runs simulated again."""
-        store = Store.open(Path(folder))
-        scenario = stored_scenario(store)
-        return cls(store, scenario, Local(scenario, threads=threads))
+        return cls(Store.open(Path(folder)), threads=threads)
+
+    @cached_property
+    def scenario(self) -> "Scenario":
+        """The scenario."""
+        if self._scenario is not None:
+            return self._scenario
+        from tbatch.scenario import Scenario
+
+        return Scenario.from_tables(self.store.resolved, file=str(self.folder / SCENARIO_NAME))
 
     @property
     def folder(self) -> Path:
@@ -66,11 +83,26 @@ class Campaign:
     @cached_property
     def executor(self) -> Executor:
         """Where runs of this campaign are simulated again."""
-        return self._executor or Local(self.scenario)
+        return self._executor or Local(self.scenario, threads=self._threads)
+
+    @property
+    def name(self) -> str:
+        """Name of the campaign."""
+        return str(self.store.resolved["campaign"]["name"])
+
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Speed of each case [m/s]."""
+        return tuple(float(speed) for speed in self.store.resolved["speed"]["values"])
+
+    @property
+    def samples(self) -> int:
+        """Samples per speed."""
+        return run_count(self.store.resolved)
 
     def missing(self) -> list[Shard]:
         """The shards still to be run."""
-        return missing_shards(len(self.scenario.speeds), self.scenario.samples, self.store.shards)
+        return missing_shards(len(self.speeds), self.samples, self.store.shards)
 
     @property
     def runs_stored(self) -> int:
@@ -80,7 +112,7 @@ class Campaign:
     @property
     def runs_total(self) -> int:
         """Number of runs that the scenario asks for."""
-        return len(self.scenario.speeds) * self.scenario.samples
+        return len(self.speeds) * self.samples
 
     @property
     def diverged(self) -> int:
@@ -110,7 +142,7 @@ class Campaign:
             any_wheelset: A row per speed instead, for any of the wheelsets.
         """
         runs, wheels = self.table("runs", RUN_COLUMNS), self.table("wheels", WHEEL_COLUMNS)
-        return separation_statistics(runs, wheels, self.scenario.speeds, any_wheelset=any_wheelset)
+        return separation_statistics(runs, wheels, self.speeds, any_wheelset=any_wheelset)
 
     def kept(self) -> list[str]:
         """Names of the runs that the scenario keeps as recordings."""
@@ -142,8 +174,8 @@ class Campaign:
     def pair(self, run_id: str) -> tuple[int, int]:
         """Case and sample of a run of this campaign; ValueError for any other."""
         case, sample = parse_run_name(run_id)
-        if case >= len(self.scenario.speeds) or sample >= self.scenario.samples:
-            last = run_name(len(self.scenario.speeds) - 1, self.scenario.samples - 1)
+        if case >= len(self.speeds) or sample >= self.samples:
+            last = run_name(len(self.speeds) - 1, self.samples - 1)
             raise ValueError(f"run is {run_id!r}: this campaign has runs {run_name(0, 0)} to {last}")
         return case, sample
 
@@ -203,14 +235,14 @@ def run(
     make_folder(folder)
     with FolderLock(folder, message=tell):
         store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell)
-        campaign = Campaign(store, scenario, executor or Local(scenario, threads=threads))
+        campaign = Campaign(store, scenario, executor, threads=threads)
         report = progress or (lambda state: None)
         if campaign.missing():
             _simulate(campaign, report)
         else:
             tell(f"complete already: all {campaign.runs_total} runs are stored in {folder}")
         if recorder is not None:
-            _record(campaign, recorder, report)
+            write_missing_recordings(campaign, recorder, report)
     return campaign
 
 
@@ -256,40 +288,7 @@ def _tables(
     scenario = campaign.scenario
     distance = float(campaign.store.resolved["run"]["distance"])
     inputs = [
-        RunInputs(scenario.speeds[case], distance / scenario.speeds[case], scenario.evaluated_length(case))
+        RunInputs(campaign.speeds[case], distance / campaign.speeds[case], scenario.evaluated_length(case))
         for case, _ in pairs
     ]
     return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)
-
-
-def _record(campaign: Campaign, recorder: Recorder, report: Report) -> None:
-    """Writes the recordings of the kept runs that are not there yet, and removes those of runs no longer kept."""
-    folder = campaign.folder / RECORDINGS
-    noted = campaign.store.manifest.recordings
-    kept = campaign.kept()
-    for name in set(noted) - {f"{name}.rrd" for name in kept}:
-        (folder / name).unlink(missing_ok=True)
-    todo = [name for name in kept if f"{name}.rrd" not in noted or not (folder / f"{name}.rrd").exists()]
-    if todo:
-        make_folder(folder)
-    for first in range(0, len(todo), RECORDED_TOGETHER):
-        report(Progress("recording", first, len(todo), 0, 0, 0))
-        recorder(campaign, todo[first : first + RECORDED_TOGETHER], folder)
-    paths = {f"{name}.rrd": folder / f"{name}.rrd" for name in kept}
-    present = {name: path for name, path in paths.items() if path.exists()}
-    if todo or present.keys() != noted.keys():
-        campaign.store.note_recordings({name: _digest(path) for name, path in present.items()})
-    if todo:
-        report(Progress("recording", len(todo), len(todo), 0, 0, 0))
-
-
-def stored_scenario(store: Store) -> "Scenario":
-    """The scenario of a campaign folder."""
-    from tbatch.scenario import Scenario
-
-    return Scenario.from_tables(store.resolved, file=str(store.folder / SCENARIO_NAME))
-
-
-def _digest(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -65,6 +65,8 @@ def read_bytes(path: Path, sha256: str | None = None) -> bytes:
         data = path.read_bytes()
     except FileNotFoundError as error:
         raise StoreDamaged(f"{path}: missing") from error
+    except PermissionError as error:
+        raise FolderUnusable(f"cannot read {path}: {error.strerror}") from error
     except OSError as error:
         raise StoreDamaged(f"{path}: cannot be read ({error.strerror})") from error
     if sha256 is not None and hash_of(data) != sha256:
@@ -111,7 +113,9 @@ def write_fault(error: OSError, path: Path, size: int | None = None) -> OutOfSpa
     """The fault that an operating system error on ``path`` means."""
     needs = f", {size} bytes to write" if size is not None else ""
     if error.errno in _NO_SPACE:
-        return OutOfSpace(f"cannot write {path}: {error.strerror}{needs}. What is stored stays: make room and resume.")
+        return OutOfSpace(
+            f"cannot write {path}: {error.strerror}{needs}. What is stored stays: put that right and resume."
+        )
     return FolderUnusable(f"cannot write {path}: {error.strerror or error}")
 
 

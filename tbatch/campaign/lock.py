@@ -12,7 +12,7 @@ import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
+from types import ModuleType, TracebackType
 from typing import Any
 
 import psutil
@@ -20,6 +20,7 @@ import psutil
 from tbatch.campaign.durable import write_fault
 from tbatch.campaign.faults import FolderInUse
 
+fcntl: ModuleType | None
 try:
     import fcntl
 except ImportError:  # Windows: the text decides

@@ -95,32 +95,34 @@ def separation_statistics(
             if number != ANY_WHEELSET:
                 chosen &= wheel["wheel"] == number
             part = {name: column[chosen] for name, column in wheel.items()}
+            count = int(np.count_nonzero(of_case & ~diverged))
+            separated = len(np.unique(part["sample"][part["separations"] > 0]))
+            low, high = exact_interval(separated, count)
             rows.append(
                 {
                     "case": case,
                     "speed": float(speed),
                     "wheel": number,
-                    "runs": int(np.count_nonzero(of_case & ~diverged)),
+                    "runs": count,
                     "diverged": int(np.count_nonzero(of_case & diverged)),
+                    "separated_runs": separated,
+                    "probability": separated / count if count else math.nan,
+                    "probability_low": low,
+                    "probability_high": high,
                     "evaluated_length": float(lengths.mean()) if len(lengths) else math.nan,
                     **_estimates(part),
                 }
             )
-            row = rows[-1]
-            row["probability"] = row["separated_runs"] / row["runs"] if row["runs"] else math.nan
-            row["probability_low"], row["probability_high"] = exact_interval(row["separated_runs"], row["runs"])
     return pa.Table.from_pylist(rows, schema=STATISTICS_SCHEMA)
 
 
 def _estimates(part: dict[str, NDArray[Any]]) -> dict[str, float | int]:
     """What the rows of one case and wheelset (or of all its wheelsets) say."""
-    separated = part["separations"] > 0
     distance = math.fsum(part["evaluated_distance"])
     time = math.fsum(part["evaluated_time"])
     separated_time = math.fsum(part["separated_time"])
     count = int(part["separations"].sum())
     return {
-        "separated_runs": len(np.unique(part["sample"][separated])),
         "separations": count,
         "censored": int(part["censored"].sum()),
         "evaluated_distance": distance,

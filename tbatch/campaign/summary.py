@@ -15,7 +15,7 @@ def summary_document(campaign: Campaign) -> dict[str, Any]:
     """The statistics as plain data for JSON: SI units, null where there is no number."""
     return {
         "campaign": {
-            "name": campaign.scenario.name,
+            "name": campaign.name,
             "folder": str(campaign.folder),
             "runs": campaign.runs_stored,
             "runs_planned": campaign.runs_total,
@@ -49,16 +49,16 @@ def status_text(campaign: Campaign, damage: Sequence[str]) -> str:
     """How far a campaign is, who works on it, what is missing and what is damaged."""
     store = campaign.store
     owner = folder_owner(campaign.folder)
-    stored = {case: 0 for case in range(len(campaign.scenario.speeds))}
+    stored = {case: 0 for case in range(len(campaign.speeds))}
     for shard in store.shards:
         stored[shard.case] += len(shard)
     rows = [
-        [f"{speed * KMH:.4g}", str(stored[case]), str(max(0, campaign.scenario.samples - stored[case]))]
-        for case, speed in enumerate(campaign.scenario.speeds)
+        [f"{speed * KMH:.4g}", str(stored[case]), str(max(0, campaign.samples - stored[case]))]
+        for case, speed in enumerate(campaign.speeds)
     ]
     missing = campaign.runs_total - campaign.runs_stored
     lines = [
-        f"campaign {campaign.scenario.name}: {campaign.runs_stored} of {campaign.runs_total} runs stored"
+        f"campaign {campaign.name}: {campaign.runs_stored} of {campaign.runs_total} runs stored"
         + (", complete" if missing <= 0 else f", {missing} missing"),
         *columns(["km/h", "stored", "missing"], [], rows),
         f"diverged: {campaign.diverged}; recordings: {len(store.manifest.recordings)}",
@@ -92,7 +92,7 @@ def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
         verdict = "bit for bit the stored run"
     return "\n".join(
         [
-            f"{run_id}: {campaign.scenario.speeds[case] * KMH:.4g} km/h, {int(result.steps[0])} steps, "
+            f"{run_id}: {campaign.speeds[case] * KMH:.4g} km/h, {int(result.steps[0])} steps, "
             + ("ok" if int(result.status[0]) == 0 else "diverged"),
             *columns(
                 ["wheelset", "separations", "longest", "min force", "max force"], ["", "", "ms", "kN", "kN"], rows

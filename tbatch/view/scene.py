@@ -24,7 +24,7 @@ FRAME_INTERVAL = 1e-3  # least time between two pictures [s]
 MARGIN = 5.0  # track in view before the first wheel and behind the last [m]
 OVERHANG = 9.0  # track drawn beyond that, for windows wider than usual [m]
 HEAD_SPACING, RAIL_SPACING, SLAB_SPACING = 0.2, 0.4, 1.0  # between drawn points [m]
-HEAD_HALVINGS, HEAD_TOLERANCE = 3, 0.02  # times a spacing is halved where the drawn surface bends more [m]
+HEAD_PARTS, HEAD_TOLERANCE = 8, 0.02  # a spacing of the surface is divided where it bends more [m]
 GRAIN = 1.0 / 512.0  # drawn coordinates are whole multiples of it: a tenth of a pixel, and packs well [m]
 ROOM = 0.6  # largest drawn displacement of rail and wheels [m]
 RAIL_DEPTH = 0.18  # of the line that shows the rail's deflection alone, below the running surface [m]
@@ -151,13 +151,14 @@ def running_surface(record: RunRecord, frames: Samples, factor: int, reach: tupl
     """Draw the rail's deflection and irregularity, with points closer together where a short defect needs them."""
     position = np.asarray(record.position)[frames]
     low, high = reach[0] - OVERHANG, reach[1] + OVERHANG
-    start = HEAD_SPACING * np.floor((position[0] + low) / HEAD_SPACING)  # on the track's own grid: no flicker
-    places = np.arange(start, position[-1] + high + HEAD_SPACING, HEAD_SPACING)
-    for _ in range(HEAD_HALVINGS):
-        level = factor * _level(record, places)
-        middle = 0.5 * (places[1:] + places[:-1])
-        bent = np.abs(factor * _level(record, middle) - 0.5 * (level[1:] + level[:-1])) > HEAD_TOLERANCE
-        places = np.union1d(places, middle[bent])
+    start = np.floor((position[0] + low) / HEAD_SPACING)  # on the track's own grid: no flicker
+    count = int(np.ceil((position[-1] + high) / HEAD_SPACING) - start)
+    fine = HEAD_SPACING * (start + np.arange(count * HEAD_PARTS + 1) / HEAD_PARTS)
+    level = factor * _level(record, fine)
+    bent = np.abs(level - np.interp(fine, fine[::HEAD_PARTS], level[::HEAD_PARTS])) > HEAD_TOLERANCE
+    kept = np.repeat(bent[:-1].reshape(count, HEAD_PARTS).any(axis=1), HEAD_PARTS)
+    kept[::HEAD_PARTS] = True
+    places = fine[np.append(kept, True)]
     first, last = np.searchsorted(places, position + low), np.searchsorted(places, position + high)
     column = np.arange(np.max(last - first))
     x = places[np.minimum(first[:, None] + column, last[:, None])]  # shorter ones repeat their last point

@@ -56,7 +56,7 @@ def test_the_document_is_json_with_null_where_there_is_no_number(campaign, monke
 
 
 def test_an_incomplete_campaign_says_how_to_go_on(campaign):
-    campaign.scenario.samples = 120
+    campaign.store.resolved["campaign"]["runs"] = 120
     assert f"Not complete: tbatch resume {campaign.folder}" in summary_text(campaign)
     text = status_text(campaign, ["runs/x.parquet: missing"])
     assert "200 of 240 runs stored, 40 missing" in text

@@ -68,7 +68,9 @@ TRACKS = {
 
 
 @cache
-def model(vehicle: str, track: str, law: str = "hertz", splitting: float = EQUAL_SPLITTING, step: float = 1e-4) -> Model:
+def model(
+    vehicle: str, track: str, law: str = "hertz", splitting: float = EQUAL_SPLITTING, step: float = 1e-4
+) -> Model:
     """A model by the names of its parts, built once."""
     return Model.build(VEHICLES[vehicle](), TRACKS[track](), LAWS[law], step=step, splitting=splitting)
 
@@ -88,6 +90,8 @@ class OneRun:
     """δ [m], shape (n + 1, wheel)."""
     vehicle: np.ndarray
     """[m, rad], shape (n + 1, dof)."""
+    vehicle_velocity: np.ndarray
+    """[m/s, rad/s], shape (n + 1, dof)."""
     vehicle_acceleration: np.ndarray
     """[m/s², rad/s²], shape (n + 1, dof); NaN at t_0."""
     track: np.ndarray
@@ -130,6 +134,7 @@ def reference(of: Model, runs: Runs, duration, run: int, initial: str | State = 
                 oracle.force.copy(),
                 oracle.overlap.copy(),
                 oracle.q.copy(),
+                oracle.q_velocity.copy(),
                 oracle.q_acceleration.copy(),
                 oracle.u.copy(),
                 oracle.u_velocity.copy(),

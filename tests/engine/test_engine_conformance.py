@@ -123,9 +123,7 @@ def test_runs_of_one_block_may_differ_in_vehicle_and_law():
     of = model("column", "winkler")
     columns = [Vehicle.column("koh-column", wheel_mass=300.0 + 20.0 * run) for run in range(9)]
     contacts = [*LAWS.values()] * 3
-    runs = Runs(
-        speed=[50.0] * 9, irregularity=[corrugation(0.6e-3)] * 9, start=5.0, vehicle=columns, contact=contacts
-    )
+    runs = Runs(speed=[50.0] * 9, irregularity=[corrugation(0.6e-3)] * 9, start=5.0, vehicle=columns, contact=contacts)
     result = simulate(of, runs, STEPS * of.step, save=saved(of), threads=1)
     for run in range(9):
         one = reference(of, runs, STEPS * of.step, run)

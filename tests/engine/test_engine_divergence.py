@@ -23,9 +23,9 @@ def unstable() -> Vehicle:
 
 
 def cliff() -> Irregularity:
-    """A smooth rail that climbs without bound from 5.2 m on."""
-    x = np.linspace(0.0, 20.0, 201)
-    return Irregularity.measured(x, np.where(x > 5.2, -(10.0 ** np.minimum(40.0 * (x - 5.2), 250.0)), 0.0))
+    """A surface that leaves every scale from 5.2 m on: the force of its first rise overflows."""
+    waves = Irregularity.spectrum("china-trunk-line", wavelengths=(0.3, 0.5), tail=3, scale=1e220)
+    return corrugation(0.7e-3, SICK) + waves.taper(5.2, 0.1)
 
 
 def table(**changes) -> Runs:
@@ -34,7 +34,7 @@ def table(**changes) -> Runs:
         "speed": np.linspace(40.0, 60.0, COUNT),
         "irregularity": [corrugation(0.7e-3, run) for run in range(COUNT)],
         "start": 5.0 + 0.01 * np.arange(COUNT),
-        "evaluate_from": 0.1,
+        "evaluate_from": 0.02,
     }
     return Runs(**(entries | changes))
 
@@ -80,6 +80,7 @@ def test_its_histories_are_nan_from_there_on(sick):
     _, result = sick
     steps = result.steps[SICK]
     for history in result.channels.values():
+        assert np.isfinite(history[SICK, : steps + 1]).all()
         assert np.isnan(history[SICK, steps + 1 :]).all()
         assert np.isfinite(np.delete(history, SICK, axis=0)).all()
 
@@ -102,12 +103,17 @@ def test_its_statistics_are_those_of_the_steps_before(sick):
     of = model("column", "winkler")
     one = reference(of, runs, STEPS * of.step, SICK)
     line = result.summary.to_pylist()[SICK]
-    counts = one.position[1:, 0] > runs.start[SICK] + 0.1
+    counts = one.position[1:, 0] > runs.start[SICK] + 0.02
     assert line["evaluated_time"] == pytest.approx(counts.sum() * of.step, rel=1e-14)
     assert line["force_max"] == one.force[1:][counts].max()
     assert sum(line["histogram"]) == counts.sum()
     found = separations(
-        one.force[:, 0], one.overlap[:, 0], one.position[:, 0], beyond=runs.start[SICK] + 0.1, separation=0.0, step=of.step
+        one.force[:, 0],
+        one.overlap[:, 0],
+        one.position[:, 0],
+        beyond=runs.start[SICK] + 0.02,
+        separation=0.0,
+        step=of.step,
     )
     rows = [row for row in result.separations.to_pylist() if row["run"] == SICK]
     assert [(row["start"], row["end"], row["censored"]) for row in rows] == [
@@ -144,7 +150,7 @@ def test_a_finished_run_stays_as_it_is_while_others_go_on():
         speed=runs.speed[SICK : SICK + 1],
         irregularity=runs.irregularity[SICK : SICK + 1],
         start=runs.start[SICK : SICK + 1],
-        evaluate_from=0.1,
+        evaluate_from=0.02,
     )
     short = simulate(of, alone, 40 * of.step, save=save, threads=1)
     np.testing.assert_array_equal(short.contact_force[0], result.contact_force[SICK, :41])

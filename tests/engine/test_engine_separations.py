@@ -90,9 +90,7 @@ def test_a_separation_open_at_the_end_is_censored():
 def test_a_separation_open_where_evaluation_begins_is_censored():
     of = model("wheel", "rigid")
     # In the air from 10.0x m on, evaluated from 10.1 m on.
-    runs = Runs(
-        speed=[50.0], irregularity=[Irregularity.flat(1e-3, 0.3, 10.02)], start=10.0, evaluate_from=[0.1]
-    )
+    runs = Runs(speed=[50.0], irregularity=[Irregularity.flat(1e-3, 0.3, 10.02)], start=10.0, evaluate_from=[0.1])
     result = simulate(of, runs, 0.02, threads=1)
     assert assert_table_follows(result, of, runs, 0.02) >= 1
     event = result.separations.to_pylist()[0]

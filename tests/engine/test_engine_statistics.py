@@ -14,7 +14,7 @@ STEPS = 500
 
 @pytest.fixture(scope="module", params=["hertz", "affine"])
 def case(request):
-    """Nine rough runs of the bar with every step's force kept: three speeds, three lengths, three places to evaluate."""
+    """Nine rough runs of the bar, every force kept: three speeds, three lengths, three places to evaluate from."""
     of = model("bar", "winkler", request.param)
     runs = Runs(
         speed=np.repeat([35.0, 45.0, 55.0], 3),

@@ -35,13 +35,14 @@ def test_wheels_stand_on_the_drawn_running_surface(record, scene):
         assert np.median(below) < 0.05e-3 * scene.exaggeration
 
 
-def test_a_defect_shorter_than_the_spacing_of_points_is_drawn(record):
+@pytest.mark.parametrize("at", [60.05, 60.1, 60.13, 60.2])
+def test_a_defect_shorter_than_the_spacing_of_points_is_drawn(record, at):
     """A dip of 100 mm at 60 m, with points 200 mm apart elsewhere: its full depth is there."""
     x = np.arange(0.0, 100.0, 0.005)
-    dip = np.where(np.abs(x - 60.13) < 0.05, 1e-3 * (1 + np.cos(20 * np.pi * (x - 60.13))), 0.0)
+    dip = np.where(np.abs(x - at) < 0.05, 1e-3 * (1 + np.cos(20 * np.pi * (x - at))), 0.0)
     flat = replace(record, line=(x, dip), rail=None, slab=None, base=None)
     scene = build_scene(flat)
-    seen = np.abs(record.position[scene.frames] - 60.13) < 3.0
+    seen = np.abs(record.position[scene.frames] - at) < 3.0
     depth = -scene.surface[seen][:, :, 2].min(axis=1)
     np.testing.assert_allclose(depth, 2e-3 * scene.exaggeration, atol=0.03)
     assert scene.surface.shape[1] < 300  # without points everywhere
