@@ -82,7 +82,9 @@ class Preparation:
             low = runs.start[run] - vehicle.wheel_offsets.max()
             high = runs.start[run] + runs.speed[run] * float(self.steps[run]) * model.step
             rough = runs.irregularity[run]
-            profile = _SMOOTH if rough is None else Irregularity.of(rough).profile(float(low), float(high))
+            # A single wheel that stands still visits a point; a profile needs a span.
+            span = float(low), float(max(high, low + 1e-3))
+            profile = _SMOOTH if rough is None else Irregularity.of(rough).profile(*span)
             own, circumference = self._own_profiles(run, vehicle, contact)
         except ValueError as error:
             raise ValueError(f"run {run}: {error}") from error
@@ -165,6 +167,8 @@ class Preparation:
         if values is None:
             return np.zeros(shape)
         array = np.asarray(values, float)
+        if not np.isfinite(array).all():
+            raise ValueError(f"initial.{name}: finite numbers are required")
         if array.shape == shape:
             return array.copy()
         if array.shape == (len(self.runs), *shape):

@@ -73,7 +73,7 @@ class Runs:
         """
         speeds = np.atleast_1d(np.asarray(speed, float))
         count = len(speeds)
-        if speeds.ndim != 1 or not (np.isfinite(speeds) & (speeds >= 0.0)).all():
+        if speeds.ndim != 1 or not speeds.size or not (np.isfinite(speeds) & (speeds >= 0.0)).all():
             raise ValueError("runs.speed: one finite number >= 0 m/s a run is required")
         _store(self, "speed", speeds)
         _store(self, "irregularity", _entries("irregularity", irregularity, count) or (None,) * count)

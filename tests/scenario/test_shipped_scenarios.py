@@ -29,9 +29,9 @@ def test_smooth_track_keeps_the_static_load() -> None:
 def test_wheel_flat_leaves_the_rail_at_its_beginning_and_lands_on_its_far_flank() -> None:
     _, result = run("wheel_flat", [(0, 0)])
     first, *_ = result.separations.to_pylist()
-    assert 50.0 < first["position"] < 50.02
-    landing = 30.0 + 32.5 * first["end"]
-    assert 50.075 < landing < 50.15
+    assert 150.0 < first["position"] < 150.02
+    landing = 130.0 + 32.5 * first["end"]
+    assert 150.075 < landing < 150.15
     # 2.75 ms with the step of 0.05 ms, and with half of it: a step of start and of end are the sampling's.
     assert first["end"] - first["start"] == pytest.approx(2.75e-3, abs=1e-4)
 
