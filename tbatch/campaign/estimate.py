@@ -17,8 +17,8 @@ from tbatch.campaign.durable import table_bytes
 from tbatch.campaign.executor import Local
 from tbatch.campaign.part import Part
 from tbatch.campaign.preparation import refuse_if_changed
-from tbatch.campaign.records import tables_of
 from tbatch.campaign.recordings import RECORDED_TOGETHER
+from tbatch.campaign.records import tables_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.store import RESOLVED_NAME, Store
 

@@ -151,7 +151,7 @@ def test_a_shorter_campaign_joins_a_longer_one_and_no_run_counts_twice(tmp_path)
 def test_another_campaign_is_not_joined_and_its_keys_are_named(tmp_path):
     work(tmp_path / "one")
     work(tmp_path / "other", scenario=ToyScenario(samples=300, seed=8))
-    with pytest.raises(ScenarioChanged, match="campaign.seed: stored 7, given 8"):
+    with pytest.raises(ScenarioChanged, match=r"campaign.seed: stored 7, given 8"):
         merge(tmp_path / "one", [tmp_path / "other"], message=ignore)
     with pytest.raises(FolderUnusable, match="not a campaign folder"):
         merge(tmp_path / "nothing", [], message=ignore)
