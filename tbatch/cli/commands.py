@@ -4,6 +4,7 @@ Results go to stdout, progress and messages to stderr. No error reaches the user
 which exit code each one gives.
 """
 
+import glob
 import json
 import os
 import sys
@@ -85,6 +86,19 @@ def _print_version(asked: bool) -> None:
         raise typer.Exit
 
 
+def _scenarios_like(incomplete: str) -> list[str]:
+    """Completes scenario files, folders on the way to one, and the shipped names."""
+    place, _, begun = incomplete.rpartition("/")
+    paths = Path(place or ("/" if incomplete.startswith("/") else ".")).glob(f"{glob.escape(begun)}*")
+    names = [f"{place}/{path.name}" if incomplete.startswith("/") or place else path.name for path in paths]
+    files = [name + "/" * Path(name).is_dir() for name in names if Path(name).is_dir() or name.endswith(".toml")]
+    if place:
+        return sorted(files)
+    from tbatch.scenario.source import shipped_scenarios
+
+    return sorted({*files, *(name for name in shipped_scenarios() if name.startswith(begun))})
+
+
 @app.callback()
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.")] = False,
@@ -97,7 +111,12 @@ def options(
 
 @app.command()
 def run(
-    scenario: Annotated[str, typer.Argument(help="A scenario file, or a name that 'tbatch list scenarios' lists.")],
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            help="A scenario file, or a name that 'tbatch list scenarios' lists.", autocompletion=_scenarios_like
+        ),
+    ],
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Campaign folder; default results/<name>.")] = None,
     runs: Annotated[int | None, typer.Option(min=1, help="Samples per speed; more than stored extends.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the campaign.")] = None,
@@ -277,6 +296,7 @@ def _carry_out(
         display = meter.enter_context(ProgressDisplay(scenario.name))
 
         def show(state: Progress) -> None:
+            interruption.stepping = state.phase == "running" and state.run_steps_done > 0
             if state.phase == "recording":
                 meter.close()
                 say(f"recordings of the kept runs: {state.runs_done} of {state.runs_total}")

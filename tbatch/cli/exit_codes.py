@@ -31,7 +31,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, faults.Interrupted):
         return 128 + error.signal_number, str(error)
     if isinstance(error, KeyboardInterrupt):
-        return 130, "interrupted"
+        return 128 + getattr(error, "signal_number", 2), str(error) or "interrupted"
     for kind, code in _OF_FAULT.items():
         if isinstance(error, kind):
             return code, str(error)

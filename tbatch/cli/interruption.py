@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: noted when they come, acted on where the campaign can stop cleanly."""
+"""Ctrl-C and SIGTERM: acted on at once where nothing is under way, else where the campaign can stop cleanly."""
 
 import signal
 import sys
@@ -10,14 +10,29 @@ from tbatch.campaign.faults import Interrupted
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+class Stop(KeyboardInterrupt):
+    """Stops at once. Not an Exception: Taichi 1.7.4 rewords those that pass through its compiler."""
+
+    def __init__(self, signal_number: int, message: str) -> None:
+        """Takes the signal that asked for it, and what to tell."""
+        self.signal_number = signal_number
+        super().__init__(message)
+
+
 class Interruption:
-    """While it is entered, a first signal is only noted, for ``check`` to raise; a second one stops at once."""
+    """While it is entered, a signal stops at once, or, while runs are stepped, is noted for ``check`` to raise.
+
+    A second one always stops at once. Within a single call into a library, such as the compilation of the kernels, no
+    signal can be acted on.
+    """
 
     def __init__(self, advice: str) -> None:
         """Takes what the user can do afterwards."""
         self._advice = advice
         self._number: int | None = None
         self._before: dict[int, Any] = {}
+        self.stepping = False
+        """Whether runs are being stepped, whose batch is worth waiting for the end of its chunk."""
 
     def __enter__(self) -> "Interruption":
         """Takes over the signals."""
@@ -34,10 +49,14 @@ class Interruption:
     def check(self) -> None:
         """Raises Interrupted if a signal came."""
         if self._number is not None:
-            raise Interrupted(self._number, f"interrupted; what is stored stays, {self._advice}")
+            raise Interrupted(self._number, self._text)
+
+    @property
+    def _text(self) -> str:
+        return f"interrupted; what is stored stays, {self._advice}"
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        if self._number is not None:
-            self.check()
-        self._number = number
+        again, self._number = self._number is not None, number  # noted in any case: a library may swallow what is raised
+        if again or not self.stepping:
+            raise Stop(number, self._text)
         print("\ntbatch: stopping after this chunk of steps; once more stops at once", file=sys.stderr, flush=True)

@@ -86,9 +86,11 @@ class Scenario:
             except ScenarioError as error:
                 problems += error.problems
                 continue
-            given[path] = text
+            given[_place(path)] = text
             if (blocked := _set(tables, path, value)) is not None:
-                problems.append(Problem(path, f"cannot be set: {dotted(blocked)} is not a table", file="--set"))
+                problems.append(
+                    Problem(path, f"cannot be set: {dotted(blocked)} is not a table with such an entry", file="--set")
+                )
         return cls._checked(source, tables, given, problems)
 
     @classmethod
@@ -231,12 +233,26 @@ def _without_null(schema: Any) -> Any:
     return clean
 
 
+def _place(path: Path) -> Path:
+    """Return the path as problems name it: entries of lists by number."""
+    return tuple(int(key) if isinstance(key, str) and key.isdecimal() and len(key) < 6 else key for key in path)
+
+
 def _set(tables: dict[str, Any], path: Path, value: Any) -> Path | None:
-    """Set a value in nested tables; return the path of what stands in the way, if anything does."""
+    """Set a value in nested tables; return the path of what stands in the way, if anything does.
+
+    A number picks an entry of a list, from 0: ``irregularity.defect.0.depth``.
+    """
     table: Any = tables
-    for count, key in enumerate(path[:-1], start=1):
-        table = table.setdefault(key, {})
-        if not isinstance(table, dict):
-            return path[:count]
-    table[path[-1]] = value
+    for count, key in enumerate(path, start=1):
+        if isinstance(table, list):
+            if not (isinstance(key, str) and key.isdecimal() and int(key) < len(table)):
+                return path[: count - 1]
+            key = int(key)
+        elif not isinstance(table, dict):
+            return path[: count - 1]
+        if count == len(path):
+            table[key] = value
+        else:
+            table = table[key] if isinstance(table, list) else table.setdefault(key, {})
     return None
