@@ -56,7 +56,8 @@ class Interruption:
         return f"interrupted; what is stored stays, {self._advice}"
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        again, self._number = self._number is not None, number  # noted in any case: a library may swallow what is raised
+        # Noted in any case: a library may swallow what is raised.
+        again, self._number = self._number is not None, number
         if again or not self.stepping:
             raise Stop(number, self._text)
         print("\ntbatch: stopping after this chunk of steps; once more stops at once", file=sys.stderr, flush=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,10 +26,22 @@ GRAIN = 2.0**-12  # plotted values are whole multiples of it, in the unit of the
 MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02  # least time [s] and way [m] between samples of slower motions
 
 
+def _partial(path: Path) -> Path:
+    """Where to write until all is written: beside the file, or elsewhere where its name is no UTF-8.
+
+    The recording library (rerun 0.41) takes UTF-8 alone; in the locale "C" any other letter of a path is a surrogate.
+    """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError:
+        return Path(tempfile.mkdtemp(prefix="tbatch-")) / "run.rrd"
+    return path.with_name(f".{path.name}.partial")
+
+
 def write(record: RunRecord, path: Path) -> Path:
     """Write the recording to a temporary name, then move it into place."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.partial")
+    partial = _partial(path)
     scene = build_scene(record)
     clock = Clock(record)
     try:
@@ -44,9 +57,11 @@ def write(record: RunRecord, path: Path) -> Path:
             _histories(stream, record, clock)
             _contact(stream, record, clock)
             side_view.send(stream, record, scene, clock)
-        os.replace(partial, path)
+        shutil.move(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+        if partial.parent != path.parent:
+            partial.parent.rmdir()
     return path
 
 
