@@ -39,6 +39,7 @@ class Batch:
         segment_real: Start [m] and inverse spacing [1/m] of all profile segments, shape (segment, 2).
         segment_whole: First coefficient and number of intervals, int32, shape (segment, 2).
         coefficients: B-spline coefficients of all profiles [m].
+        lockstep: 1 for the blocks whose lanes keep the same course, int32, shape (block,).
         events: Log of separations, shape (block, wheel, place, column, lane).
     """
 
@@ -68,6 +69,8 @@ class Batch:
             run = min(lane, self.count - 1)
             self._pack(model, lane, inputs[run], states[run], active=lane < self.count)
         self._pack_statistics(statistics, model.step)
+        course = [self.at.speed, self.at.start, self.at.end, *range(self.at.offset, self.at.offset + wheels)]
+        self.lockstep = (self.memory[:, course] == self.memory[:, course, :1]).all(axis=(1, 2)).astype(np.int32)
 
     def _pack(self, model: Model, lane: int, inputs: RunInputs, state: InitialState, *, active: bool) -> None:
         """Fill one lane."""

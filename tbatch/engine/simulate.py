@@ -165,6 +165,7 @@ class _Launch:
             np.array(model.vehicle.wheel_dofs, np.int32),
             histories.probe_rows,
             histories.probe_shape,
+            batch.lockstep,
             batch.segment_real,
             batch.segment_whole,
             batch.coefficients,

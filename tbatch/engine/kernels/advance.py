@@ -3,11 +3,12 @@
 import taichi as ti
 
 from tbatch.engine.kernels.contact import solve_contact
+from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces, rail_under_wheels
 from tbatch.engine.kernels.record import end_diverged, end_finished, follow_separations, take_statistics
 from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample
 from tbatch.engine.kernels.sweeps import backward_sweep_first, backward_sweep_second, forward_sweep
 from tbatch.engine.kernels.vehicle import pull_wheels, vehicle_first, vehicle_load_first, vehicle_second
-from tbatch.engine.kernels.wheels import Four, free_overlaps, push_rail, rail_under_wheels
+from tbatch.engine.kernels.wheels import Four
 from tbatch.engine.rows import LANES
 
 Lanes = ti.types.vector(LANES, ti.f64)
@@ -37,7 +38,8 @@ def advance(
     wheel_dofs: ti.types.ndarray(ti.i32, 1),
     probe_rows: ti.types.ndarray(ti.i32, 2),
     probe_shape: ti.types.ndarray(ti.f64, 2),
-    # constant runs: irregularities and wheel profiles
+    # constant runs: blocks whose lanes keep the same course; irregularities and wheel profiles
+    lockstep: ti.types.ndarray(ti.i32, 1),
     segment_real: ti.types.ndarray(ti.f64, 2),
     segment_whole: ti.types.ndarray(ti.i32, 2),
     coefficients: ti.types.ndarray(ti.f64, 1),
@@ -71,7 +73,7 @@ def advance(
 
                 # Loads of substep 1: the vehicle's, and f₀ of the track, whose other terms the last sweep has left.
                 vehicle_load_first(at, memory, wheel_dofs, b, scheme)
-                push_rail(at, pattern, memory, marks, load, b)
+                push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
 
                 for half in range(2):
                     rate = half * (rows.shape[0] - 1)
@@ -79,7 +81,7 @@ def advance(
 
                     # The contact forces at the substep's end, exactly.
                     free_overlaps(
-                        at, pattern, memory, marks, wheel_dofs, b, rate, half, when, step,
+                        at, pattern, memory, marks, wheel_dofs, lockstep, b, rate, half, when, step,
                         element_length, elements, compliance, columns, element_class, window_start,
                         segment_real, segment_whole, coefficients, displacement, load,
                     )  # fmt: skip
@@ -88,7 +90,7 @@ def advance(
 
                     # Both subsystems with these forces, and their loads for the next substep.
                     pull_wheels(at, memory, wheel_dofs, b)
-                    push_rail(at, pattern, memory, marks, load, b)
+                    push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
                     if ti.static(pattern.dofs > 0):
                         forward_sweep(pattern, rows, node_class, rate, b, load)
                         if half == 0:
@@ -112,7 +114,7 @@ def advance(
                 take_statistics(at, accumulators, memory, marks, statistic_rows, b, time, rows_per_wheel, counters)
                 follow_separations(at, memory, marks, events, b, n + 1, watch, time)
                 if sampled:
-                    rail_under_wheels(at, pattern, memory, marks, displacement, b)
+                    rail_under_wheels(at, pattern, memory, marks, lockstep, displacement, b)
                     write_sample(
                         at, memory, sample_rows, samples, probe_rows, probe_shape, displacement, velocity,
                         b, (n + 1) // every - first_sample, probe_memory, scheme,
