@@ -28,7 +28,7 @@ from tbatch.physics.profile import Profile
 
 
 class Batch:
-    """Lane-blocked memory of some runs. Lane l of block b holds run 8 b + l; spare lanes are inactive copies.
+    """Lane-blocked memory of some runs. Lane l of block b holds run b * LANES + l; spare lanes are inactive copies.
 
     Attributes:
         memory: Real numbers of each run, shape (block, row, lane); rows by `MemoryRows`.
@@ -103,7 +103,7 @@ class Batch:
         if model.track.node_dofs:
             self.displacement[lane // LANES, :, lane % LANES] = state.track.ravel()
             self.velocity[lane // LANES, :, lane % LANES] = state.track_velocity.ravel()
-            first = first_load(model.factor, state.track, state.track_velocity, 4.0 / model.scheme.first)
+            first = first_load(model.factor, model.scheme, state.track, state.track_velocity)
             self.load[lane // LANES, :, lane % LANES] = first.ravel()
         self._place(model, memory, marks, inputs)
         for wheel in range(wheels):

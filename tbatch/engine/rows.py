@@ -6,8 +6,8 @@ A block holds `LANES` runs side by side. All that belongs to a run stands in two
 
 from dataclasses import dataclass, fields
 
-LANES = 8
-"""Runs a block: one 512-bit vector of f64."""
+LANES = 16
+"""Runs a block: two 512-bit vectors of f64, so that one coefficient loaded serves two products."""
 
 
 @dataclass(frozen=True)

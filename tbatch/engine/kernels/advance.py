@@ -6,7 +6,7 @@ from tbatch.engine.kernels.contact import solve_contact
 from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces, rail_under_wheels
 from tbatch.engine.kernels.record import end_diverged, end_finished, follow_separations, take_statistics
 from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample
-from tbatch.engine.kernels.sweeps import backward_sweep_first, backward_sweep_second, forward_sweep
+from tbatch.engine.kernels.sweeps import backward_sweep, forward_sweep
 from tbatch.engine.kernels.vehicle import pull_wheels, vehicle_first, vehicle_load_first, vehicle_second
 from tbatch.engine.kernels.wheels import Four
 from tbatch.engine.rows import LANES
@@ -93,14 +93,7 @@ def advance(
                     push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
                     if ti.static(pattern.dofs > 0):
                         forward_sweep(pattern, rows, node_class, rate, b, load)
-                        if half == 0:
-                            backward_sweep_first(
-                                pattern, rows, node_class, rate, b, scheme, displacement, velocity, load
-                            )
-                        else:
-                            backward_sweep_second(
-                                pattern, rows, node_class, rate, b, scheme, displacement, velocity, load
-                            )
+                        backward_sweep(pattern, rows, node_class, rate, half, b, scheme, displacement, velocity, load)
                     if half == 0:
                         vehicle_first(at, memory, wheel_dofs, b, rate, scheme)
                         if sampled:

@@ -36,7 +36,7 @@ def free_overlaps(
     """Place the wheels at `when` steps; δ_free goes into the overlap rows, H into the flexibility rows.
 
     δ_free = δ₀ + Γ y_v - N y_t - r, with y what either subsystem does without the new contact forces. In substep 1 the
-    solves give increments, to which the values at t_n are added.
+    track's solve gives u₁ + u₀ and the vehicle's q₁ - q₀.
     """
     if lockstep[b] == 1:
         time = ti.min(when, memory[b, at.end][0]) * step
@@ -49,7 +49,7 @@ def free_overlaps(
                     at, pattern, memory, marks, columns, element_class, window_start, load, rate, b, j
                 )
                 if half == 0:
-                    rail = rail + rail_value_lockstep(at, pattern.dofs, memory, marks, displacement, b, j)
+                    rail = rail - rail_value_lockstep(at, pattern.dofs, memory, marks, displacement, b, j)
                 memory[b, at.rail + j] = rail
         flexibilities_lockstep(
             at, pattern, memory, marks, columns, element_class, window_start, rate, b, element_length, compliance
@@ -65,7 +65,7 @@ def free_overlaps(
                         at, pattern, memory, marks, columns, element_class, window_start, load, rate, b, lane, i
                     )
                     if half == 0:
-                        rail = rail + rail_value(at, pattern.dofs, memory, marks, displacement, b, lane, i)
+                        rail = rail - rail_value(at, pattern.dofs, memory, marks, displacement, b, lane, i)
                     memory[b, at.rail + i][lane] = rail
                 for j in range(i + 1):
                     flexibility = local_compliance(at, memory, marks, b, lane, element_length, compliance, i, j)
