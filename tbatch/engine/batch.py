@@ -85,7 +85,7 @@ class Batch:
         memory[at.inverse : at.inverse + tables.inverse.size] = tables.inverse.ravel()
         memory[at.speed], memory[at.start] = inputs.speed, inputs.start
         memory[at.end], memory[at.evaluate_from] = inputs.steps, inputs.evaluate_from
-        memory[at.circumference] = inputs.circumference
+        memory[at.circumference], memory[at.passed] = inputs.circumference, inputs.passed
         memory[at.hertz] = float(rest.constants.exponent == 1.5)
         for row, values in (
             (at.offset, inputs.vehicle.wheel_offsets),
@@ -117,7 +117,9 @@ class Batch:
 
     def _place(self, model: Model, memory: np.ndarray, marks: np.ndarray, inputs: RunInputs) -> None:
         """Elements and Hermite values of the wheels at t = 0, where the forces f₀ act."""
-        element, local, shape = hermite_at(inputs.positions(0.0), model.track.element_length, model.track.element_count)
+        element, local, shape = hermite_at(
+            inputs.local_positions(0.0, inputs.passed), model.track.element_length, model.track.element_count
+        )
         memory[self.at.local : self.at.local + self.at.wheels] = local
         memory[self.at.shape : self.at.shape + 4 * self.at.wheels] = shape.ravel()
         memory[self.at.level : self.at.level + self.at.wheels] = inputs.levels(0.0)

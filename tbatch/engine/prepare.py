@@ -44,6 +44,10 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
         raise ValueError(f"duration: {steps.max()} steps; at most {2**31 - 2} are possible")
     for run in range(len(runs)):
         vehicle = model.vehicle if runs.vehicle is None else runs.vehicle[run]
+        if model.track.window is not None:
+            if vehicle.wheel_offsets.max() > model.vehicle.wheel_offsets.max():
+                raise ValueError(f"run {run}: its vehicle is longer than the model's, for which the window was made")
+            continue
         first = runs.start[run] - vehicle.wheel_offsets.max()
         last = runs.start[run] + runs.speed[run] * float(steps[run]) * model.step
         if first < 0.0 or last > model.track.length * (1.0 + 1e-12):
@@ -99,6 +103,8 @@ class Preparation:
             profile=profile,
             wheel_profiles=own,
             circumference=circumference,
+            window=model.window,
+            passed=model.window.passed(float(runs.start[run])),
         )
 
     def start(self, run: int, inputs: RunInputs) -> InitialState:
@@ -109,7 +115,7 @@ class Preparation:
         if self.initial == "rest":
             return rest_state(inputs, ground)
         key = (
-            id(inputs.vehicle), id(inputs.rest), tuple(inputs.positions(0.0).tolist()),
+            id(inputs.vehicle), id(inputs.rest), tuple(inputs.local_positions(0.0, inputs.passed).tolist()),
             tuple(inputs.levels(0.0).tolist()),
         )  # fmt: skip
         if key not in self._static:

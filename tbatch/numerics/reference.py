@@ -66,6 +66,7 @@ class ReferenceRun:
         self.u, self.u_velocity = initial.track.copy(), initial.track_velocity.copy()
         self.force, self.overlap = initial.force.copy(), initial.overlap.copy()
         self.q_acceleration = np.full_like(self.q, np.nan)
+        self.passed = float(inputs.passed)
         self.two_h, self.four_h = 2.0 / scheme.first, 4.0 / scheme.first
         self.load = first_load(track, scheme, self.u, self.u_velocity)
         self._place_wheels(0.0)
@@ -88,6 +89,8 @@ class ReferenceRun:
         scheme, tables, rest = self.scheme, self.inputs.tables, self.inputs.rest
         step, last = scheme.step, len(tables.inverse) - 1
         c1, c2, c3 = scheme.c1, scheme.c2, scheme.c3
+
+        self._follow_vehicle(n * step)
 
         # Substep 1, to t_n + γΔt: K̂₁ (u₁ + u₀) = f₀ + f₁ + (4/h) [M ((2/h) u₀ + v₀) + C u₀], and for the vehicle
         # K̂₁ (q₁ - q₀) = f₀ + f₁ - 2 K q₀ + (4/h) M v₀.
@@ -126,12 +129,26 @@ class ReferenceRun:
         self.q_acceleration = (c3 * c3) * self.q - qp
         return good
 
+    def _follow_vehicle(self, time: float) -> None:
+        """On an endless track, move the line on by whole periods: zeros enter at its front, its end comes to rest."""
+        window = self.inputs.window
+        front = self.inputs.start + self.inputs.speed * time
+        while window.period_elements and front - self.passed * window.period >= window.home:
+            by = window.period_elements
+            for vector in (self.u, self.u_velocity):
+                vector[:-by], vector[-by:] = vector[by:].copy(), 0.0
+                vector[0] = 0.0
+            self.passed += 1.0
+            self.element = self.element - by
+            # What the ends' old neighbours put into the load would be a blow there.
+            self.load = first_load(self.track, self.scheme, self.u, self.u_velocity)
+
     def _snapshot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         return self.force.copy(), self.overlap.copy(), self.q.copy(), self.q_acceleration.copy()
 
     def _place_wheels(self, time: float) -> None:
         """Element, local coordinate, Hermite values and level of every wheel."""
-        x = self.inputs.positions(time)
+        x = self.inputs.local_positions(time, self.passed)
         self.element, self.local, self.shape = hermite_at(x, self.element_length, self.element_count)
         self.level = self.inputs.levels(time)
 

@@ -6,6 +6,7 @@ from engine_cases import LAWS, TRACKS, OneRun, corrugation, model, reference, wh
 
 from tbatch.engine.model import Model
 from tbatch.engine.result import Result
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.engine.simulate import simulate
 from tbatch.numerics.reference import hermite_at
@@ -81,17 +82,17 @@ def rough_runs(of: Model) -> Runs:
 
     Where all lanes of a block keep one course, the kernels serve them all at once.
     """
-    count = 18
-    place = np.where(np.arange(count) // 8 == 1, 8, np.arange(count))
-    start = float(of.vehicle.wheel_offsets.max()) + 2.0 + 0.077 * place
+    count = 2 * LANES + 2
+    place = np.where(np.arange(count) // LANES == 1, LANES, np.arange(count))
+    start = float(of.vehicle.wheel_offsets.max()) + 2.0 + 0.037 * place
     rough = [corrugation(0.6e-3, 0.7 * run) for run in range(count)]
-    for run in (1, 9):
+    for run in (1, LANES + 1):
         rough[run] = rough[run].taper(float(start[run]) - 0.5, 1.0) + Irregularity.flat(
             0.4e-3, 0.06, float(start[run]) + 0.05
         )
     first = float(start[-1])
     rough[-1] = Irregularity.flat(0.4e-3, 0.06, first + 0.02) + Irregularity.flat(0.5e-3, 0.05, first + 0.11)
-    return Runs(speed=38.0 + 1.3 * place, irregularity=rough, start=start)
+    return Runs(speed=38.0 + 0.7 * place, irregularity=rough, start=start)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -101,7 +102,7 @@ def test_kernels_equal_the_reference_bit_for_bit(vehicle, track, splitting, law)
     runs, duration = rough_runs(of), STEPS * of.step
     result = simulate(of, runs, duration, save=saved(of), threads=1)
     forces = []
-    for run in (1, 9, 17):
+    for run in (1, LANES + 1, 2 * LANES + 1):
         one = reference(of, runs, duration, run)
         assert one.steps == STEPS
         assert_same(result, run, one, of)

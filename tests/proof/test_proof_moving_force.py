@@ -41,7 +41,9 @@ def undamped_errors(element: float, step: float) -> tuple[np.ndarray, np.ndarray
 
     The runs start from the closed form itself: without damping a start shock would ring on at the cut-off frequency.
     """
-    track = tb.Track.winkler(length=LENGTH, elements=round(LENGTH / element), EI=EI, mass=MASS, stiffness=BED, damping=0.0)
+    track = tb.Track.winkler(
+        length=LENGTH, elements=round(LENGTH / element), EI=EI, mass=MASS, stiffness=BED, damping=0.0
+    )
     states = [steady_state(track, speed) for speed in SPEEDS]
     initial = tb.State(
         np.array([[depth] for *_, depth in states]),

@@ -9,8 +9,8 @@ import tbatch as tb
 
 SPAN, EI, MASS = 25.0, 2.87e9 * 2.90, 2303.0
 RAYLEIGH = 2e-4
-"""β [s]: 0.3 % of critical damping in the first mode. Without it all modes ring on from the entry, and those that a mesh
-and a step do not resolve are only as right as the mesh and the step."""
+"""β [s]: 0.3 % of critical damping in the first mode. Without it all modes ring on from the entry, and mesh and
+step get those wrong that they do not resolve."""
 BODY, WHEEL, SPRING, DAMPER = 5400.0, 350.0, 1.595e6, 1.0e3
 HERTZ, LINEAR = 1.15e11, 1.5e9
 SPEED, SAMPLES = 27.78, 500

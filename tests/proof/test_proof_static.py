@@ -47,12 +47,14 @@ def test_a_standing_vehicle_stays_at_its_static_loads_to_round_off(holds):
         save = tb.SaveAt(1e-3, ("contact_force", "vehicle", *LAYERS), rail_at=[15.0, 25.0])
         starts = np.array([28.6, 28.73])
         result = tb.simulate(model, tb.Runs([0.0, 0.0], None, starts), 0.5, save=save, threads=1)
-        # 5000 steps; a step leaves some 1e-16, and rounding errors of random sign add up to 1e-14.
-        held = np.abs(result.contact_force / result.contact_force[:, :1] - 1.0).max()
-        holds(f"force after 5000 steps, {contact.law}", held, 1e-10)
+        # The round-off of a step, 1e-16, is seen through K̂/K ≈ 1e5: the run settles 1e-11 beside where it began, and
+        # stays there.
+        change = np.abs(result.contact_force / result.contact_force[:, :1] - 1.0)
+        holds(f"force within 5000 steps, {contact.law}", change.max(), 1e-10)
+        holds("last tenth against the one before", np.abs(change[:, 450:].max() - change[:, 400:450].max()), 1e-11)
         for channel in ("vehicle", *LAYERS):
             history = getattr(result, channel)
-            holds(f"{channel} after 5000 steps", np.abs(history - history[:, :1]).max() / np.abs(history).max(), 1e-9)
+            holds(f"{channel} within 5000 steps, m", np.abs(history - history[:, :1]).max(), 1e-10)
         # At a seat or not, four wheelsets together carry the coach.
         assert result.contact_force[:, 0].sum(1) == pytest.approx(4.0 * LOAD, rel=1e-12)
 
@@ -63,11 +65,11 @@ def test_a_creeping_wheelset_presses_the_track_down_as_if_it_stood(holds):
     result = tb.simulate(model, tb.Runs([1.0], None, SEAT - BAY), BAY + 0.2, save=save, threads=1)
     over = round(BAY / 1e-3)
     standing = tb.simulate(model, tb.Runs([0.0], None, SEAT), 1e-3, save=save, threads=1)
-    # At 1 m/s the wheelset follows the bays' 14 µm with some 1e-3 of its load; deflections follow the force.
-    holds("force at 1 m/s", np.abs(result.contact_force[0, :, 0] / LOAD - 1.0).max(), 2e-3)
+    # m v²(2π/bay)² times the 5 µm that the wheelset sinks between seats is 1 N of 132 kN; the start is a blow of 2e-5.
+    holds("force at 1 m/s", np.abs(result.contact_force[0, :, 0] / LOAD - 1.0).max(), 5e-5)
     for layer in LAYERS:
         still = getattr(standing, layer)[0, 0, 0]
-        holds(f"{layer} at 1 m/s", abs(getattr(result, layer)[0, over, 0] / still - 1.0), 1e-3)
+        holds(f"{layer} at 1 m/s", abs(getattr(result, layer)[0, over, 0] / still - 1.0), 2e-5)
 
 
 def test_a_wheel_on_a_winkler_bed_sinks_by_the_closed_form(holds):
@@ -76,7 +78,7 @@ def test_a_wheel_on_a_winkler_bed_sinks_by_the_closed_form(holds):
     contact = tb.Contact.hertz(wheel_radius=0.4575)
     load = vehicle.weight.sum()
     depth = load * beam.wavenumber / (2.0 * beam.stiffness)
-    for element, tolerance in ((0.5, 3e-4), (0.25, 2e-5)):
+    for element, tolerance in ((0.5, 5e-4), (0.25, 5e-4 / 16.0)):
         track = tb.Track.winkler("koh-winkler", length=40.0, elements=round(40.0 / element))
         model = tb.Model.build(vehicle, track, contact, step=1e-4)
         start = 20.0 + element * np.array([0.0, 0.25, 0.5])
@@ -88,10 +90,11 @@ def test_a_wheel_on_a_winkler_bed_sinks_by_the_closed_form(holds):
 
 def test_the_loaded_element_bends_within_itself(holds):
     # CHN60 on seats of 60 MN/m every 0.65 m that stand on rock: mortar and subgrade as stiff as the arithmetic bears.
-    # No wheel dof but one, weighing 66.2175 kN; at standstill its displacement is the rail's under it.
-    rail, load = (2.059e11 * 3.217e-5, 60.64), 66217.5
-    rock = (1e14, 1e5)
-    wheel = tb.Vehicle([[2000.0]], [[0.0]], [[0.0]], [0], [0.0], [load], rails=1)
+    # The column is half the quarter coach, 66.2175 kN; at standstill its wheel is where the rail is.
+    rail, rock = (2.059e11 * 3.217e-5, 60.64), (1e14, 1e5)
+    half = tb.Vehicle.column(
+        carbody_mass=5000.0, bogie_mass=750.0, wheel_mass=1000.0, secondary=(5e4, 7.5e3), primary=(8e5, 2e4)
+    )
     places = 30 * BAY + BAY * np.array([0.0, 0.5])
 
     def deflections(elements_per_bay: int, local: bool) -> np.ndarray:
@@ -99,9 +102,9 @@ def test_the_loaded_element_bends_within_itself(holds):
             length=39.0, elements_per_bay=elements_per_bay, bay=BAY, rail=rail, fastener=(60e6, 47.7e3),
             slab=(6.63e7, 1275.0), mortar=rock, base=(1.99e8, 2212.5), subgrade=rock, rails=1,
         )  # fmt: skip
-        model = tb.Model.build(wheel, track, HERTZ, step=1e-4, local_compliance=local)
+        model = tb.Model.build(half, track, HERTZ, step=1e-4, local_compliance=local)
         save = tb.SaveAt(1e-4, ("vehicle",))
-        return 1e6 * tb.simulate(model, tb.Runs([0.0, 0.0], None, places), 1e-4, save=save, threads=1).vehicle[:, 0, 0]
+        return 1e6 * tb.simulate(model, tb.Runs([0.0, 0.0], None, places), 1e-4, save=save, threads=1).vehicle[:, 0, 2]
 
     plain, mended, fine = deflections(1, False), deflections(1, True), deflections(4, False)
     # Rock gives 0.002 µm; the known values are good to 0.005 µm.
@@ -168,9 +171,11 @@ def test_a_given_state_is_carried_on_from_its_displacements_and_velocities(holds
     history = system.run(TIMES, initial=initial, rtol=1e-7)
     result, vehicle = koh_run(speed, start, tb.State(q, rate, track, velocity))
     load = 9.81 * 4100.0
-    # As above: a state out of balance is a blow.
     holds("force at t = 0, of the load", abs(result.contact_force[0, 0, 0] - history.force[0, 0]) / load, 1e-9)
-    holds("force, of the load", np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max() / load, 1e-3)
+    # As above; the state is far out of balance, begins with eight times the load and leaves the rail at once.
+    assert len(history.lost) == 1
+    error = np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max()
+    holds("force, of the peak", error / history.force.max(), 4e-4)
     holds("vehicle", np.abs(vehicle - history.vehicle).max() / np.abs(q).max(), 1e-4)
 
 

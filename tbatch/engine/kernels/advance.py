@@ -7,6 +7,7 @@ from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces, 
 from tbatch.engine.kernels.record import end_diverged, end_finished, follow_separations, take_statistics
 from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample
 from tbatch.engine.kernels.sweeps import backward_sweep, forward_sweep
+from tbatch.engine.kernels.travel import follow_vehicle
 from tbatch.engine.kernels.vehicle import pull_wheels, vehicle_first, vehicle_load_first, vehicle_second
 from tbatch.engine.kernels.wheels import Four
 from tbatch.engine.rows import LANES
@@ -29,6 +30,9 @@ def advance(
     elements: ti.i32,
     element_length: ti.f64,
     compliance: ti.f64,
+    period: ti.f64,
+    period_elements: ti.i32,
+    home: ti.f64,
     rows: ti.types.ndarray(ti.f64, 3),
     node_class: ti.types.ndarray(ti.i32, 1),
     columns: ti.types.ndarray(Four, 3),
@@ -71,34 +75,43 @@ def advance(
                     begin_probes(memory, probe_rows, probe_shape, displacement, velocity, b, probe_memory)
                 good = memory[b, at.active]
 
-                # Loads of substep 1: the vehicle's, and f₀ of the track, whose other terms the last sweep has left.
+                # On an endless track the line has to follow the vehicle; its load is then made anew (half -1).
+                first_half = 0
+                if ti.static(pattern.dofs > 0):
+                    if period_elements > 0:
+                        first_half = follow_vehicle(
+                            at, pattern, memory, marks, lockstep, b, n, step, period, period_elements, home,
+                            displacement, velocity,
+                        )  # fmt: skip
                 vehicle_load_first(at, memory, wheel_dofs, b, scheme)
-                push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
 
-                for half in range(2):
-                    rate = half * (rows.shape[0] - 1)
+                for half in range(first_half, 2):
+                    rate = ti.max(half, 0) * (rows.shape[0] - 1)
                     when = ti.cast(n, ti.f64) + ti.select(half == 0, scheme[5], 1.0)
-
-                    # The contact forces at the substep's end, exactly.
-                    free_overlaps(
-                        at, pattern, memory, marks, wheel_dofs, lockstep, b, rate, half, when, step,
-                        element_length, elements, compliance, columns, element_class, window_start,
-                        segment_real, segment_whole, coefficients, displacement, load,
-                    )  # fmt: skip
-                    solved = solve_contact(at, memory, b)
-                    good = ti.select(solved > 0.5, good, 0.0 * solved)
-
+                    if half == 0:
+                        # f₀; the other terms of the track's load stand there already.
+                        push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
+                    if half >= 0:
+                        # The contact forces at the substep's end, exactly; then the loads with them.
+                        free_overlaps(
+                            at, pattern, memory, marks, wheel_dofs, lockstep, b, rate, half, when, step,
+                            element_length, elements, period, compliance, columns, element_class, window_start,
+                            segment_real, segment_whole, coefficients, displacement, load,
+                        )  # fmt: skip
+                        solved = solve_contact(at, memory, b)
+                        good = ti.select(solved > 0.5, good, 0.0 * solved)
+                        pull_wheels(at, memory, wheel_dofs, b)
+                        push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
                     # Both subsystems with these forces, and their loads for the next substep.
-                    pull_wheels(at, memory, wheel_dofs, b)
-                    push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
                     if ti.static(pattern.dofs > 0):
-                        forward_sweep(pattern, rows, node_class, rate, b, load)
+                        if half >= 0:
+                            forward_sweep(pattern, rows, node_class, rate, b, load)
                         backward_sweep(pattern, rows, node_class, rate, half, b, scheme, displacement, velocity, load)
                     if half == 0:
                         vehicle_first(at, memory, wheel_dofs, b, rate, scheme)
                         if sampled:
                             middle_probes(memory, probe_rows, probe_shape, displacement, b, probe_memory, scheme)
-                    else:
+                    elif half == 1:
                         vehicle_second(at, memory, b, rate, scheme)
 
                 # What is kept of the step, and which runs it ends.

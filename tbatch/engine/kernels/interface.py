@@ -29,7 +29,8 @@ from tbatch.engine.rows import LANES
 @ti.func
 def free_overlaps(
     at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), wheel_dofs: ti.template(),
-    lockstep: ti.template(), b, rate, half, when, step, element_length, elements, compliance, columns: ti.template(),
+    lockstep: ti.template(), b, rate, half, when, step, element_length, elements, period, compliance,
+    columns: ti.template(),
     element_class: ti.template(), window_start: ti.template(), segment_real: ti.template(),
     segment_whole: ti.template(), coefficients: ti.template(), displacement: ti.template(), load: ti.template(),
 ):  # fmt: skip
@@ -40,7 +41,7 @@ def free_overlaps(
     """
     if lockstep[b] == 1:
         time = ti.min(when, memory[b, at.end][0]) * step
-        place_wheels(at, memory, marks, b, 0, time, element_length, elements)
+        place_wheels(at, memory, marks, b, 0, time, element_length, elements, period)
         for lane in range(LANES):
             find_levels(at, memory, marks, b, lane, time, segment_real, segment_whole, coefficients)
         if ti.static(pattern.dofs > 0):
@@ -57,7 +58,7 @@ def free_overlaps(
     else:
         for lane in range(LANES):
             time = ti.min(when, memory[b, at.end][lane]) * step
-            place_wheels(at, memory, marks, b, lane, time, element_length, elements)
+            place_wheels(at, memory, marks, b, lane, time, element_length, elements, period)
             find_levels(at, memory, marks, b, lane, time, segment_real, segment_whole, coefficients)
             for i in range(at.wheels):
                 if ti.static(pattern.dofs > 0):

@@ -49,6 +49,7 @@ def backward_sweep(
 
     Substep 1 (half 0) gives x = u₁ + u₀:  v₁ = (2/h)(u₁ - u₀) - v₀;  q = c₁u₀ + c₂u₁, kept in place of u₀;
     p = -(c₁v₀ + c₂v₁ + c₃q). Substep 2 gives x = u₂:  v₂ = q + c₃u₂;  then p = (4/h)((2/h) u₂ + v₂), q = -(4/h) u₂.
+    With half -1 nothing is solved: the load is made anew from u and v as they stand.
     """
     c1, c2, c3, two_h, four_h = scheme[0], scheme[1], scheme[2], scheme[3], scheme[4]
     nodes = node_class.shape[0]
@@ -59,7 +60,8 @@ def backward_sweep(
     ahead = [load[b, 0] * 0.0 for _ in ti.static(range(pattern.dofs))]
     for back in range(nodes):
         node = nodes - 1 - back
-        take_back(pattern, rows, rate, node_class[node], b, node, load, x)
+        if half >= 0:
+            take_back(pattern, rows, rate, node_class[node], b, node, load, x)
         if half == 0:
             for r in ti.static(range(pattern.dofs)):
                 u0 = displacement[b, node * pattern.dofs + r]
@@ -71,9 +73,13 @@ def backward_sweep(
                 displacement[b, node * pattern.dofs + r] = q[r]
         else:
             for r in ti.static(range(pattern.dofs)):
-                v2 = displacement[b, node * pattern.dofs + r] + c3 * x[r]
-                displacement[b, node * pattern.dofs + r] = x[r]
-                velocity[b, node * pattern.dofs + r] = v2
+                v2 = velocity[b, node * pattern.dofs + r]
+                if half == 1:
+                    v2 = displacement[b, node * pattern.dofs + r] + c3 * x[r]
+                    displacement[b, node * pattern.dofs + r] = x[r]
+                    velocity[b, node * pattern.dofs + r] = v2
+                else:
+                    x[r] = displacement[b, node * pattern.dofs + r]
                 p[r] = four_h * (two_h * x[r] + v2)
                 q[r] = 0.0 - four_h * x[r]
         carry_products(pattern, rows, node_class, rate, b, node, back, p, q, done, ahead, load)

@@ -34,13 +34,13 @@ def profile_value(
 
 @ti.func
 def place_wheels(
-    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, time, element_length, elements
+    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, time, element_length, elements, period
 ):
     """Element and Hermite values under each wheel of one run."""
     front = memory[b, at.start][lane] + memory[b, at.speed][lane] * time
     for j in range(at.wheels):
         x = front - memory[b, at.offset + j][lane]
-        scaled = x / element_length
+        scaled = (x - memory[b, at.passed][lane] * period) / element_length
         element = ti.min(ti.max(int(ti.floor(scaled)), 0), elements - 1)
         s = scaled - element
         marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] = element
