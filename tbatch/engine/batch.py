@@ -24,7 +24,11 @@ from tbatch.engine.statistics import Statistics
 from tbatch.numerics.initial import InitialState
 from tbatch.numerics.reference import first_load, hermite_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
+
+AHEAD = 128.0
+"""Irregularity of long runs that is made ahead of the fastest one [m]."""
 
 
 class Batch:
@@ -64,10 +68,13 @@ class Batch:
         track_rows = max(track.node_count * track.node_dofs, 1)
         self.displacement, self.velocity, self.load = (aligned_zeros((blocks, track_rows, LANES)) for _ in range(3))
         self.events = np.zeros((blocks, wheels, event_capacity(chunk), EVENT_COLUMNS, LANES))
-        self._pack_profiles(inputs)
+        self._inputs, self._step, self._loaded = inputs, model.step, 0
+        self._moving = any(isinstance(one.profile, LongProfile) for one in inputs)
+        self._pack_profiles(chunk)
         for lane in range(blocks * LANES):
             run = min(lane, self.count - 1)
             self._pack(model, lane, inputs[run], states[run], active=lane < self.count)
+        self._place_profiles()
         self._pack_statistics(statistics, model.step)
         course = [self.at.speed, self.at.start, self.at.end, *range(self.at.offset, self.at.offset + wheels)]
         self.lockstep = (self.memory[:, course] == self.memory[:, course, :1]).all(axis=(1, 2)).astype(np.int32)
@@ -113,7 +120,6 @@ class Batch:
             own = inputs.wheel_profiles[wheel]
             if own is not None:
                 marks[mark + PROFILE_FIRST], marks[mark + PROFILE_COUNT] = self._segments[id(own)]
-        marks[MARKS.profile], marks[MARKS.profile + 1] = self._segments[id(inputs.profile)]
 
     def _place(self, model: Model, memory: np.ndarray, marks: np.ndarray, inputs: RunInputs) -> None:
         """Elements and Hermite values of the wheels at t = 0, where the forces f₀ act."""
@@ -125,13 +131,23 @@ class Batch:
         memory[self.at.level : self.at.level + self.at.wheels] = inputs.levels(0.0)
         marks[MARKS.wheels : MARKS.wheels + PER_WHEEL * self.at.wheels : PER_WHEEL] = element
 
-    def _pack_profiles(self, inputs: Sequence[RunInputs]) -> None:
-        """Put the segments and coefficients of all distinct profiles one after the other."""
-        distinct: dict[int, Profile] = {}
-        for one in inputs:
-            for profile in (one.profile, *one.wheel_profiles):
-                if profile is not None:
-                    distinct[id(profile)] = profile
+    def need_profiles(self, first: int, count: int) -> None:
+        """Hold the irregularity that the wheels of long runs meet in `count` steps from step `first`."""
+        if self._moving and first + count > self._loaded:
+            self._pack_profiles(count, first)
+            self._place_profiles()
+
+    def _pack_profiles(self, count: int, first: int = 0) -> None:
+        """Put the segments and coefficients of all distinct profiles one after the other.
+
+        The wheels' own come first, so that they keep their places when the rail's are packed anew.
+        """
+        fastest = max(one.speed for one in self._inputs)
+        self._loaded = first + max(count, int(AHEAD / max(fastest * self._step, 1e-12)))
+        rail = [one.profile_between(first, self._loaded, self._step) for one in self._inputs]
+        own = [profile for one in self._inputs for profile in one.wheel_profiles if profile is not None]
+        distinct: dict[int, Profile] = {id(profile): profile for profile in (*own, *rail)}
+        self._rail = rail
         self._segments: dict[int, tuple[int, int]] = {}
         real, whole, coefficients = [], [], []
         segments = used = 0
@@ -145,6 +161,12 @@ class Batch:
         self.segment_real = np.ascontiguousarray(np.concatenate(real))
         self.segment_whole = np.concatenate(whole).astype(np.int32)
         self.coefficients = np.concatenate(coefficients)
+
+    def _place_profiles(self) -> None:
+        """Tell every lane where its irregularity stands."""
+        for lane in range(len(self.memory) * LANES):
+            place = self._segments[id(self._rail[min(lane, self.count - 1)])]
+            self.marks[lane // LANES, MARKS.profile : MARKS.profile + 2, lane % LANES] = place
 
     def _pack_statistics(self, statistics: Statistics, step: float) -> None:
         """First values of every accumulator."""

@@ -12,6 +12,7 @@ from tbatch.numerics.initial import InitialState, given_state, rest_state, stati
 from tbatch.numerics.run_inputs import RunInputs, VehicleTables
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
+from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import RigidRest, rest_on_rigid_rail
@@ -88,7 +89,11 @@ class Preparation:
             rough = runs.irregularity[run]
             # A single wheel that stands still visits a point; a profile needs a span.
             span = float(low), float(max(high, low + 1e-3))
-            profile = _SMOOTH if rough is None else Irregularity.of(rough).profile(*span)
+            profile: Profile | LongProfile = _SMOOTH
+            if rough is not None and model.track.window is not None:
+                profile = LongProfile(Irregularity.of(rough), *span)
+            elif rough is not None:
+                profile = Irregularity.of(rough).profile(*span)
             own, circumference = self._own_profiles(run, vehicle, contact)
         except ValueError as error:
             raise ValueError(f"run {run}: {error}") from error

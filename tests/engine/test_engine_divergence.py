@@ -5,13 +5,14 @@ import pytest
 from engine_cases import corrugation, model, reference
 from separation_rules import separations
 
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.engine.simulate import simulate
 from tbatch.physics.irregularity import Irregularity
 from tbatch.physics.vehicle import Vehicle
 
 STEPS = 150
-COUNT = 9
+COUNT = LANES + 1
 SICK = 3
 
 
@@ -29,10 +30,10 @@ def cliff() -> Irregularity:
 
 
 def table(*, common: bool = False, **changes) -> Runs:
-    """Nine rough runs of the column, on courses of their own or all on one."""
+    """Rough runs of the column, a block and one more, on courses of their own or all on one."""
     number = np.full(COUNT, SICK) if common else np.arange(COUNT)
     entries = {
-        "speed": 40.0 + 2.5 * number,
+        "speed": 40.0 + 1.5 * number,
         "irregularity": [corrugation(0.7e-3, run) for run in range(COUNT)],
         "start": 5.0 + 0.01 * number,
         "evaluate_from": 0.02,

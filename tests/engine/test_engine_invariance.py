@@ -14,7 +14,8 @@ from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt
 from tbatch.engine.simulate import bytes_per_run, simulate
 
-COUNT = 33
+COUNT = 2 * LANES + 1
+"""Two full blocks and one run more."""
 
 
 @pytest.fixture(scope="module")
@@ -47,12 +48,12 @@ def test_runs_differ_from_each_other(together):
     assert result.separations.num_rows > COUNT
 
 
-@pytest.mark.parametrize("number", [0, 4, 5, 9, 32])
+@pytest.mark.parametrize("number", [0, 4, 5, 9, COUNT - 1])
 def test_alone_a_run_has_the_same_bits(together, number):
     assert digests(simulated([number])) == [together[number]]
 
 
-@pytest.mark.parametrize("size", [7, LANES - 1, LANES, LANES + 1])
+@pytest.mark.parametrize("size", [7, 8, 9, LANES - 1, LANES, LANES + 1])
 def test_batches_of_any_size_have_the_same_bits(together, size):
     for first in range(0, COUNT, size):
         numbers = range(first, min(first + size, COUNT))
@@ -66,14 +67,14 @@ def test_order_and_lane_do_not_matter(together, seed):
 
 
 def test_a_run_may_share_its_block_with_copies_of_itself(together):
-    # Nine times one course: the lanes are served at once.
-    assert digests(simulated([3] * 9)) == [together[3]] * 9
+    # One course in every lane: they are served at once.
+    assert digests(simulated([3] * (LANES + 1))) == [together[3]] * (LANES + 1)
 
 
 @pytest.mark.parametrize("stranger", [4, 11])
 def test_one_stranger_among_copies_changes_nothing(together, stranger):
     # Its course, or its length alone, keeps the lanes from being served at once.
-    numbers = [3, 3, stranger, 3, 3, 3, 3, 3, 3]
+    numbers = [3, 3, stranger, *[3] * LANES]
     assert digests(simulated(numbers)) == [together[number] for number in numbers]
 
 

@@ -12,6 +12,7 @@ from tbatch.engine import runtime
 from tbatch.engine.aligned import aligned, aligned_zeros
 from tbatch.engine.batch import Batch, event_capacity
 from tbatch.engine.prepare import Preparation, step_counts
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs
 from tbatch.engine.statistics import Statistics
 
@@ -71,15 +72,16 @@ def batch(runs: Runs, duration) -> Batch:
 
 
 def test_a_block_is_in_lockstep_where_all_its_lanes_keep_one_course():
-    speeds = np.full(17, 40.0)
+    count = 2 * LANES + 1
+    speeds = np.full(count, 40.0)
     assert batch(Runs(speeds, start=5.0), 0.01).lockstep.tolist() == [1, 1, 1]
-    assert batch(Runs(speeds, start=5.0, vehicle=COLUMNS * 5 + COLUMNS[:2]), 0.01).lockstep.tolist() == [1, 1, 1]
-    speeds[9] = 41.0
+    assert batch(Runs(speeds, start=5.0, vehicle=(COLUMNS * count)[:count]), 0.01).lockstep.tolist() == [1, 1, 1]
+    speeds[LANES + 1] = 41.0
     assert batch(Runs(speeds, start=5.0), 0.01).lockstep.tolist() == [1, 0, 1]
-    starts = np.where(np.arange(17) == 3, 5.0 + 1e-12, 5.0)
-    assert batch(Runs(np.full(17, 40.0), start=starts), 0.01).lockstep.tolist() == [0, 1, 1]
-    durations = np.where(np.arange(17) == 8, 0.0101, 0.01)
-    assert batch(Runs(np.full(17, 40.0), start=5.0), durations).lockstep.tolist() == [1, 0, 1]
+    starts = np.where(np.arange(count) == 3, 5.0 + 1e-12, 5.0)
+    assert batch(Runs(np.full(count, 40.0), start=starts), 0.01).lockstep.tolist() == [0, 1, 1]
+    durations = np.where(np.arange(count) == LANES, 0.0101, 0.01)
+    assert batch(Runs(np.full(count, 40.0), start=5.0), durations).lockstep.tolist() == [1, 0, 1]
 
 
 @pytest.mark.parametrize("chunk", range(1, 12))

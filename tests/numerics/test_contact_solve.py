@@ -42,9 +42,9 @@ def assert_solved(free: np.ndarray, H: np.ndarray, of: ContactConstants, guess: 
     expected, slope, _ = law(of, overlap.tolist())
     np.testing.assert_array_equal(force, expected)
     assert ((force == 0.0) == (overlap <= of.separation)).all()
-    # Each overlap is known to some roundings of the terms that make it, those of the guess included; and a rounding of
-    # δ is worth dF/dδ of force.
-    terms = np.abs(free) + np.abs(H) @ (force + guess)
+    # Overlaps are known to some roundings of the largest terms that make them, those of the guess included; and a
+    # rounding of δ is worth dF/dδ of force.
+    terms = np.full_like(free, (of.approach + np.abs(free) + np.abs(H) @ (force + guess)).max())
     error = np.abs(overlap + H @ force - free)
     allowed = 40.0 * EPSILON * (terms + np.abs(H) @ (np.array(slope) * terms))
     assert (error <= allowed).all()
@@ -134,7 +134,9 @@ def test_one_hertz_wheel_agrees_with_bisection():
         force = assert_solved(np.array([free]), np.array([[h]]), of, np.zeros(1))
         K = of.stiffness[0]
         overlap = brentq(lambda d, K=K, h=h, free=free: d + h * K * d**1.5 - free, 0.0, free, xtol=1e-300, rtol=1e-15)
-        np.testing.assert_allclose(force[0], K * overlap**1.5, rtol=1e-13 * (1.0 + h * K * overlap**0.5))
+        # Overlaps are found to some roundings of δ_free and δ₀.
+        allowed = 1.5 * K * np.sqrt(overlap) * 20.0 * EPSILON * (free + of.approach[0])
+        assert abs(force[0] - K * overlap**1.5) <= allowed
 
 
 @pytest.mark.parametrize("wheels", [2, 4])
@@ -151,7 +153,7 @@ def test_several_hertz_wheels_agree_with_scipy_s_root(wheels):
             lambda d, of=of, H=H, free=free: d + H @ of.force(1e-4 * d) * 1e4 - free * 1e4, free * 1e4, tol=1e-14
         )
         if np.abs(answer.fun).max() < 1e-12:
-            np.testing.assert_allclose(force, of.force(1e-4 * answer.x), rtol=1e-8, atol=1e-3)
+            np.testing.assert_allclose(force, of.force(1e-4 * answer.x), rtol=1e-8, atol=1e-2)
             compared += 1
     assert compared > 20
 
