@@ -14,6 +14,7 @@ import numpy as np
 import pyarrow as pa
 
 from tbatch.campaign.durable import make_folder
+from tbatch.campaign.estimates import ALL_SPEEDS, ANY_WHEELSET, Estimate, Records, estimates
 from tbatch.campaign.executor import Executor, Local
 from tbatch.campaign.identity import run_count
 from tbatch.campaign.keep import worst_runs
@@ -143,6 +144,20 @@ class Campaign:
         """
         runs, wheels = self.table("runs", RUN_COLUMNS), self.table("wheels", WHEEL_COLUMNS)
         return separation_statistics(runs, wheels, self.speeds, any_wheelset=any_wheelset)
+
+    @cached_property
+    def records(self) -> Records:
+        """The stored tables as columns of runs, read once: for estimates and reports."""
+        return Records(*(self.table(kind) for kind in ("runs", "wheels", "events")))
+
+    def estimates(self, case: int = ALL_SPEEDS, wheel: int = ANY_WHEELSET) -> list[Estimate]:
+        """Every estimate with its interval, for a speed and wheelset.
+
+        Args:
+            case: Index of the speed; default: the whole campaign, whose unit is the sample with its runs at all speeds.
+            wheel: Wheelset, from 1 at the front; default: any of them.
+        """
+        return estimates(self.records.units(case, wheel))
 
     def kept(self) -> list[str]:
         """Names of the runs that the scenario keeps as recordings."""

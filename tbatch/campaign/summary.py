@@ -38,8 +38,19 @@ def summary_text(campaign: Campaign) -> str:
         of_case = [row for row in document["wheelsets"] if row["case"] == total["case"]]
         rows += [*map(_row, of_case), _row(total), []]
     lines = columns(
-        ["km/h", "wheelset", "runs", "separated", "probability", "95 % interval", "per km", "longest", "max force"],
-        ["", "", "", "runs", "", "", "", "ms", "kN"],
+        [
+            "km/h",
+            "wheelset",
+            "runs",
+            "separated",
+            "probability",
+            "95 % interval",
+            "per km",
+            "95 % interval",
+            "longest",
+            "max force",
+        ],
+        ["", "", "", "runs", "", "", "", "", "ms", "kN"],
         rows[:-1],
     )
     return "\n".join([*lines, "", *_notes(campaign, document)])
@@ -120,6 +131,7 @@ def _row(row: dict[str, Any]) -> list[str]:
         _number(row["probability"], f".{places}f"),
         f"{low:.{places}f} to {high:.{places}f}",
         _number(row["separations_per_km"], ".3g"),
+        f"{row['separations_per_km_low']:.3g} to {_bound(row['separations_per_km_high'])}",
         _number(1e3 * row["longest"], ".2f") if row["longest"] else "-",
         _number(row["force_max"], ".1f", 1e-3),
     ]
@@ -135,7 +147,7 @@ def _notes(campaign: Campaign, document: dict[str, Any]) -> list[str]:
     rate = facts["run_steps_per_second"]
     notes = [
         f"Probability: of at least one separation in a run, {length} m evaluated; exact (Clopper-Pearson) interval.",
-        "per km: separations per wheelset-kilometre evaluated. longest: without those that the ends cut off.",
+        "per km: separations per wheelset-kilometre evaluated; bootstrap over runs. longest: none cut off by the ends.",
         "All speeds met the same irregularity samples (paired).",
         f"Runs: {facts['runs']} of {facts['runs_planned']}; diverged: {facts['diverged']}"
         + (" (left out of the statistics)." if facts["diverged"] else "."),
@@ -161,6 +173,10 @@ def _model(campaign: Campaign) -> dict[str, Any]:
 
 def _number(value: float | None, form: str, factor: float = 1.0) -> str:
     return "-" if value is None or math.isnan(value) else format(value * factor, form)
+
+
+def _bound(value: float | None) -> str:
+    return format(value, ".3g") if value is not None and math.isfinite(value) else "open"
 
 
 def _plain(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -155,13 +155,22 @@ def status(folder: Folder) -> None:
 
 
 @app.command()
-def stats(folder: Folder, as_json: AsJson = False) -> None:
+def stats(
+    folder: Folder,
+    as_json: AsJson = False,
+    every: Annotated[bool, typer.Option("--all", help="Every estimate, not the separations alone.")] = False,
+) -> None:
     """Print separation statistics with confidence intervals."""
     from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.estimate_tables import estimates_document, estimates_text
     from tbatch.campaign.summary import summary_document, summary_text
 
     campaign = Campaign.open(folder)
-    print(json.dumps(summary_document(campaign), indent=1) if as_json else summary_text(campaign))
+    if as_json:
+        document = summary_document(campaign)
+        print(json.dumps({**document, "estimates": estimates_document(campaign)} if every else document, indent=1))
+    else:
+        print(estimates_text(campaign) if every else summary_text(campaign))
 
 
 @app.command()
