@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 _LATER = {
     "merge": "join the folders of several machines",
     "report": "one HTML page with plots",
-    "check": "the scenario's limits as pass or fail",
     "methods": "the two-step scheme against others",
     "verify": "check every file of a campaign folder",
 }
@@ -171,6 +170,27 @@ def stats(
         print(json.dumps({**document, "estimates": estimates_document(campaign)} if every else document, indent=1))
     else:
         print(estimates_text(campaign) if every else summary_text(campaign))
+
+
+@app.command()
+def check(
+    folder: Folder,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write JUnit XML, for CI.")] = None,
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a limit, such as limits.diverged.max=3."),
+    ] = None,
+) -> None:
+    """Judge a campaign by its scenario's [limits]: exit 0 if all are kept, 1 if not."""
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.limits import judge, stored_limits
+    from tbatch.cli.gate import report_verdicts
+
+    campaign = Campaign.open(folder)
+    verdicts = judge(campaign, stored_limits(campaign, change or ()))
+    report_verdicts(campaign, verdicts, junit)
+    if not all(verdict.passed for verdict in verdicts):
+        raise typer.Exit(exit_codes.LIMIT_EXCEEDED)
 
 
 @app.command()

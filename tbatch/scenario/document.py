@@ -7,6 +7,7 @@ from tbatch.scenario.contact import ContactSection
 from tbatch.scenario.fields import Count, Text
 from tbatch.scenario.irregularity import IrregularitySection
 from tbatch.scenario.keep import Keep
+from tbatch.scenario.limits import LimitsSection
 from tbatch.scenario.passage import Integration, RunSection, Speed
 from tbatch.scenario.section import Section
 from tbatch.scenario.track import TrackSection
@@ -31,20 +32,6 @@ class Campaign(Section):
     """Seed of all random numbers."""
 
 
-class Allowed(Section):
-    """How many are allowed."""
-
-    max: Annotated[int, Count(0, 10_000_000)] = 0
-    """Largest number allowed."""
-
-
-class LimitsSection(Section):
-    """Limits that a campaign is judged by."""
-
-    diverged: Allowed = Allowed()
-    """Runs that diverged, in the whole campaign."""
-
-
 class Document(Section):
     """A tbatch scenario. Bare numbers are in SI units; strings carry a unit, as in "300 km/h"."""
 
@@ -57,4 +44,4 @@ class Document(Section):
     run: RunSection = RunSection()
     integration: Integration = Integration()
     keep: Keep = Keep()
-    limits: LimitsSection = LimitsSection()
+    limits: LimitsSection = LimitsSection()  # type: ignore[valid-type]

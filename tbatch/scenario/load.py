@@ -15,6 +15,7 @@ from tbatch.scenario.fields import kind_of
 from tbatch.scenario.irregularity import complete_irregularity
 from tbatch.scenario.keep import complete_keep
 from tbatch.scenario.later import take_out_later
+from tbatch.scenario.limits import check_limits, gather_limits
 from tbatch.scenario.measured import MeasuredLevel, read_measured
 from tbatch.scenario.passage import Passage, complete_run
 from tbatch.scenario.section import accepted_at, inner_section
@@ -50,6 +51,8 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
     """
     later = take_out_later(tables)
     findings.problems += later
+    if isinstance(tables.get("limits"), dict):
+        tables["limits"] = gather_limits(tables["limits"])
     incomplete = {problem.path[0] for problem in later}
     sections = _sections(tables, incomplete, findings)
     campaign, speed, integration = (sections.get(name) for name in ("campaign", "speed", "integration"))
@@ -93,6 +96,8 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
             findings.warn(
                 "campaign.runs: nothing is random in this scenario, so all samples of a speed are the same run"
             )
+    if "limits" in sections:
+        check_limits(sections["limits"], findings)
     if "keep" in sections and track and speed and integration and campaign:
         sections["keep"] = complete_keep(
             sections["keep"], track.kind, integration.step, len(speed.values), campaign.runs, findings

@@ -15,6 +15,7 @@ from tbatch.scenario.contact import build_contact
 from tbatch.scenario.document import Document
 from tbatch.scenario.errors import Findings, Path, Problem, ScenarioError, dotted, place
 from tbatch.scenario.keep import Keep
+from tbatch.scenario.limits import DivergedLimit
 from tbatch.scenario.load import Loaded, load
 from tbatch.scenario.positions import key_lines
 from tbatch.scenario.source import Source, parse_override
@@ -130,7 +131,8 @@ class Scenario:
     @property
     def limits_diverged(self) -> int:
         """How many runs may diverge."""
-        return self.document.limits.diverged.max
+        limits: DivergedLimit = self.document.limits
+        return limits.diverged.max
 
     def evaluated_length(self, case: int = 0, wheel: int = 1) -> float:
         """Return the length over which a wheel counts in a run [m].

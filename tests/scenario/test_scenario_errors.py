@@ -121,9 +121,6 @@ def test_a_step_that_is_no_time_in_range_is_refused(value: str) -> None:
         ('[track]\nmodel = "ballast"', "track.model"),
         ('[vehicle]\nmodel = "koh-column"\ncount = 3', "vehicle.count"),
         ('[vehicle]\nmodel = "koh-column"\ncoach_pitch = 25', "vehicle.coach_pitch"),
-        ("[limits]\n'separation.probability' = { max = 0.05 }", 'limits."separation.probability"'),
-        ("[limits]\nseparation.probability = { max = 0.05 }", "limits.separation.probability"),
-        ("[limits]\n'contact_force.max' = { max = '250 kN' }", 'limits."contact_force.max"'),
         *(
             (f'[[irregularity.defect]]\nkind = "{kind}"\nat = 50\nheight = 3', "irregularity.defect[0].kind")
             for kind in ("chord-flat", "periodic-flat", "joint", "weld", "settlement", "corrugation")

@@ -6,6 +6,8 @@ from typing import Any
 
 RAW, FILTERED = "raw", "20 Hz"
 
+_SHOWN = {"N": (1e-3, "kN"), "s": (1e3, "ms"), "1/km": (1.0, "/km")}
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -46,3 +48,11 @@ class Estimate:
             name: None if isinstance(value, float) and not math.isfinite(value) else value
             for name, value in row.items()
         }
+
+
+def shown(value: float, unit: str) -> str:
+    """A number with the unit that people read it in; ``open`` where these runs do not bound it."""
+    if not math.isfinite(value):
+        return "open"
+    factor, written = _SHOWN.get(unit, (1.0, unit))
+    return f"{factor * value:.4g} {written}".rstrip()
