@@ -121,7 +121,12 @@ def _leaves(table: Mapping[str, Any], path: str) -> Iterator[tuple[str, Any]]:
         if not isinstance(value, dict):
             yield name, value
             continue
-        inner = {key: below for key, below in value.items() if _leads_to_limit(f"{name}.{key}")}
+        group = name not in LIMITABLE and _leads_to_limit(name)
+        inner = {
+            key: below
+            for key, below in value.items()
+            if _leads_to_limit(f"{name}.{key}") or (group and isinstance(below, dict))
+        }
         yield from _leaves(inner, name)
         own = {key: below for key, below in value.items() if key not in inner}
         if own or not inner:
