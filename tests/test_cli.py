@@ -191,7 +191,6 @@ def test_all_errors_of_a_scenario_are_said_at_once():
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["report", "x"],
         ["merge", "x", "y"],
         ["methods", "quick"],
         ["verify", "x"],

@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from contextlib import ExitStack
 from enum import StrEnum
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 _LATER = {
     "merge": "join the folders of several machines",
-    "report": "one HTML page with plots",
     "methods": "the two-step scheme against others",
     "verify": "check every file of a campaign folder",
 }
@@ -191,6 +191,26 @@ def check(
     report_verdicts(campaign, verdicts, junit)
     if not all(verdict.passed for verdict in verdicts):
         raise typer.Exit(exit_codes.LIMIT_EXCEEDED)
+
+
+@app.command()
+def report(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write; default DIR/report.")] = None,
+    histories: Annotated[bool, typer.Option(help="Simulate a worst and a median run again and draw them.")] = True,
+    threads: Threads = None,
+) -> None:
+    """Write one self-contained HTML page with plots, and the CSV behind each plot."""
+    from tbatch.campaign.campaign import Campaign
+
+    if find_spec("matplotlib") is None:
+        say("a report needs matplotlib: pip install 'tbatch[report]'")
+        raise typer.Exit(exit_codes.BAD_USAGE)
+    campaign = Campaign.open(folder, threads=threads)
+    from tbatch.view.report import write_report
+
+    path = write_report(campaign, out or folder / "report", histories=histories)
+    say(f"wrote {path} and the numbers behind its figures beside it")
 
 
 @app.command()
