@@ -122,6 +122,17 @@ def test_check_leaves_with_1_and_tells_ci_where_a_limit_is_exceeded(folder, tmp_
     assert tbatch("check", folder, "--set", "limits.nonsense.max=1").returncode == 2
 
 
+def test_report_writes_a_page_and_its_numbers(folder, tmp_path, monkeypatch):
+    done = tbatch("report", folder, "--out", tmp_path, "--no-histories")
+    assert done.returncode == 0
+    assert (tmp_path / "index.html").stat().st_size > 100_000
+    assert (tmp_path / "csv" / "separation_probability.csv").exists()
+    monkeypatch.setattr("tbatch.cli.commands.find_spec", lambda name: None)
+    done = tbatch("report", folder)
+    assert done.returncode == 2
+    assert "pip install 'tbatch[report]'" in done.stderr
+
+
 def test_stats_all_gives_every_estimate_with_its_interval(folder):
     document = json.loads(tbatch("stats", folder, "--json", "--all").stdout)
     places = {(row["speed"], row["wheel"]) for row in document["estimates"]}

@@ -97,6 +97,10 @@ def extremes_picture(speed: float, units: Units) -> tuple[Picture, list[ExtremeF
             )
         axes.axvspan(float(reduced_variate(1.0 - 1.0 / count)), 12.0, color="#F3F0E6", zorder=0)
         axes.set_xlim(-2.2, 12.0)
+        highest = max(
+            maxima[-1], *(value for fit in fits for value in (fit.return_values[-1][1], fit.return_values[1][3]))
+        )
+        axes.set_ylim(maxima[0] - 0.1 * (highest - maxima[0]), highest + 0.15 * (highest - maxima[0]))
         axes.set_xlabel("reduced variate -ln(-ln p) [-]")
         axes.set_ylabel("largest Q/Q0 of a run [-]")
         axes.legend(loc="upper left")

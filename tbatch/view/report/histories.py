@@ -34,15 +34,27 @@ def history_pictures(campaign: Campaign, case: int, units: Units) -> list[Pictur
     speeds = units.inputs["speed"][[int(np.searchsorted(units.sample, campaign.pair(name)[1])) for name in names]]
     run = campaign.store.resolved["run"]
     start = float(run["start"])
+    offsets = campaign.scenario.model().vehicle.wheel_offsets
     words = ["the worst run", "a median run"][: len(names)]
     pictures = [
-        _history(name, word, start + speed * result.time, ratio[index], result.irregularity[index], float(speed), run)
+        _history(
+            name,
+            word,
+            start + speed * result.time,
+            ratio[index],
+            result.irregularity[index],
+            float(speed),
+            run,
+            offsets,
+        )
         for index, (name, word, speed) in enumerate(zip(names, words, speeds, strict=True))
     ]
     return [*pictures, _spectra(names, words, ratio, step)]
 
 
-def _history(name: str, word: str, x: Any, ratio: Any, irregularity: Any, speed: float, run: Any) -> Picture:
+def _history(
+    name: str, word: str, x: Any, ratio: Any, irregularity: Any, speed: float, run: Any, offsets: Any
+) -> Picture:
     title = f"Wheel load along the line: {word}, {name}, {KMH * speed:.4g} km/h"
     wheels = ratio.shape[1]
     known = ~np.isnan(ratio[:, 0])
@@ -62,15 +74,15 @@ def _history(name: str, word: str, x: Any, ratio: Any, irregularity: Any, speed:
         grid[-1].invert_yaxis()
         grid[-1].set_ylabel("r [mm]", fontsize=8)
         grid[-1].set_xlabel("chainage of wheelset 1 [m]")
-        for axes in grid:
-            axes.axvspan(x[0], float(run["start"]) + float(run["evaluate_from"]), color="#EEEEEE", zorder=0)
+        for axes, offset in zip(grid, (*offsets, 0.0), strict=True):
+            axes.axvspan(x[0], float(run["start"]) + float(run["evaluate_from"]) + offset, color="#EEEEEE", zorder=0)
         svg = svg_of(figure, f"history_{name}", title)
     every = max(1, len(x) // _MOST_ROWS + 1)
     rows = np.column_stack([x, ratio, irregularity[:, 0]])[::every].tolist()
     head = ("chainage [m]", *(f"Q/Q0 of wheelset {wheel} [-]" for wheel in range(1, wheels + 1)), "irregularity [m]")
     caption = (
-        "One run, simulated again from its seed. Red: separated. Grey: not evaluated yet. Below: the irregularity under"
-        " wheelset 1, dips down. A single record, so without an interval."
+        "One run, simulated again from its seed. Red: separated. Grey: not evaluated yet, later for each wheelset."
+        " Below: the irregularity under wheelset 1, dips down. A single record, so without an interval."
     )
     return Picture(f"history_{name}", title, caption, svg, head, rows)
 

@@ -83,8 +83,8 @@ def headline(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) ->
         rows.append(["all", *_cells(whole)])
     note = (
         '<p class="note">Below each: its 95 % interval; "open" where the runs are too few for an end. The row of all'
-        " speeds counts samples, each with its runs at all speeds. A separation is a contact force of zero; 20 Hz values"
-        " are EN 14363's and know no separations.</p>"
+        " speeds counts samples, each with its runs at all speeds. A separation is a contact force of zero; 20 Hz"
+        " values are EN 14363's and know no separations.</p>"
     )
     return table_html(titles, rows) + note
 
@@ -133,9 +133,9 @@ def fits(found: Sequence[ExtremeFit]) -> str:
     rows = [
         [
             fit.family,
-            f"{fit.blocks} of {fit.runs_per_block} run",
+            str(fit.blocks),
             *(f"{number:.3g}" for number in (fit.shape, fit.location, fit.scale, fit.distance, fit.p_value)),
-            *(f"{value:.3g} ({low:.3g} to {high:.3g})" for _, value, low, high in fit.return_values),
+            *(f"{value:.3g}\n{low:.3g} to {high:.3g}" for _, value, low, high in fit.return_values),
             fit.warning or "-",
         ]
         for fit in found
@@ -206,8 +206,8 @@ def speed_pictures(found: Table, speeds: Sequence[float], wheels: Sequence[int])
             picture="load_ratio",
             title="Largest wheel load",
             axis="Q/Q0 [-]",
-            caption="Quantiles over runs of the largest raw Q/Q0 of any wheelset (bars: order statistics, triangle:"
-            " open end), and of all steps (bars: bootstrap over runs).",
+            caption="Quantiles over runs of the largest raw Q/Q0 of any wheelset (bars: 95 %, order statistics;"
+            " triangle: open end), and of all steps (bars: bootstrap over runs).",
         ),
     ]
 
@@ -226,7 +226,7 @@ def filtered_picture(found: Table, speeds: Sequence[float]) -> Picture:
         title="EN 14363 family: 20 Hz wheel load",
         axis="20 Hz Q/Q0 [-]",
         caption="Force after a fourth-order 20 Hz low-pass; a run is a track section, Q99.85 its 99.85 % percentile (to"
-        " a bin of 0.05) over all wheelsets. Bars: order statistics over runs. Separations do not show in this family.",
+        " a bin of 0.05) over all wheelsets. Bars: 95 %, order statistics over runs. Separations do not show here.",
     )
 
 
