@@ -202,14 +202,9 @@ def test_all_errors_of_a_scenario_are_said_at_once():
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["merge", "x", "y"],
         ["methods", "quick"],
-        ["verify", "x"],
-        ["run", "quick", "--shard", "1/2"],
-        ["run", "quick", "--executor", "dask://here:1"],
         ["run", "quick", "--live"],
         ["run", "quick", "--serve"],
-        ["run", "quick", "--dry-run"],
         ["run", "quick", "--arch", "cuda"],
     ],
 )

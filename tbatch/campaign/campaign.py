@@ -13,15 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from tbatch.campaign.cluster import Cluster
 from tbatch.campaign.durable import make_folder
 from tbatch.campaign.estimates import ALL_SPEEDS, ANY_WHEELSET, Estimate, Records, estimates
 from tbatch.campaign.executor import Executor, Local
 from tbatch.campaign.identity import run_count
 from tbatch.campaign.keep import worst_runs
-from tbatch.campaign.lock import FolderLock
+from tbatch.campaign.part import Part, holding
 from tbatch.campaign.progress import Progress, Report
 from tbatch.campaign.recordings import Recorder, write_missing_recordings
-from tbatch.campaign.records import BatchResult, RunInputs, shard_tables
+from tbatch.campaign.records import BatchResult, tables_of
 from tbatch.campaign.sameness import differing_columns, rows_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
@@ -101,9 +102,11 @@ class Campaign:
         """Samples per speed."""
         return run_count(self.store.resolved)
 
-    def missing(self) -> list[Shard]:
-        """The shards still to be run."""
-        return missing_shards(len(self.speeds), self.samples, self.store.shards)
+    def missing(self, part: Part | None = None) -> list[Shard]:
+        """The shards still to be run, all of them or those of a part."""
+        cases = len(self.speeds)
+        missing = missing_shards(cases, self.samples, self.store.shards)
+        return [shard for shard in missing if part is None or part.holds(shard, cases)]
 
     @property
     def runs_stored(self) -> int:
@@ -231,6 +234,8 @@ def run(
     message: Message | None = None,
     recorder: Recorder | None = None,
     executor: Executor | None = None,
+    cluster: Cluster | None = None,
+    part: Part | None = None,
 ) -> Campaign:
     """Runs what is missing of a scenario in a folder and gives the campaign.
 
@@ -244,26 +249,32 @@ def run(
         message: Called with a line for people where something was found or repaired.
         recorder: Writes the recordings of the kept runs; default: none are written.
         executor: Where to simulate; default: in this process.
+        cluster: Workers that simulate and store shards for this process; default: the executor simulates all.
+        part: The part of the campaign that is to be run; default: all of it. Parts write no recordings.
     """
     folder = Path(out) if out is not None else Path("results") / scenario.name
     tell = message or (lambda text: None)
     make_folder(folder)
-    with FolderLock(folder, message=tell):
-        store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell)
+    with holding(folder, part, tell):
+        store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell, part=part)
         campaign = Campaign(store, scenario, executor, threads=threads)
         report = progress or (lambda state: None)
-        if campaign.missing():
-            _simulate(campaign, report)
+        missing = campaign.missing(part)
+        if missing and cluster is not None:
+            cluster.simulate(campaign, missing, report, tell)
+        elif missing:
+            _simulate(campaign, report, missing)
+        elif part is not None:
+            tell(f"complete already: all runs of part {part} are stored in {folder}")
         else:
             tell(f"complete already: all {campaign.runs_total} runs are stored in {folder}")
-        if recorder is not None:
+        if recorder is not None and part is None:
             write_missing_recordings(campaign, recorder, report)
     return campaign
 
 
-def _simulate(campaign: Campaign, report: Report) -> None:
+def _simulate(campaign: Campaign, report: Report, missing: list[Shard]) -> None:
     """Simulates and stores what is missing, batch by batch."""
-    missing = campaign.missing()
     executor = campaign.executor
     report(Progress("building", 0, sum(map(len, missing)), 0, 0, 0))
     total_runs = sum(len(shard) for shard in missing)
@@ -287,7 +298,7 @@ def _simulate(campaign: Campaign, report: Report) -> None:
         steps = int(np.sum(result.steps))
         kernel = result.run_steps_per_second
         kernel_seconds = steps / kernel if kernel > 0.0 else seconds  # NaN for a batch of a single launch
-        tables = _tables(campaign, batch, pairs, result)
+        tables = tables_of(campaign.scenario, batch, result)
         campaign.store.commit(tables, run_steps=steps, seconds=seconds, kernel_seconds=kernel_seconds)
         rate = steps / max(kernel_seconds, 1e-9)
         missing = missing[len(batch) :]
@@ -295,15 +306,3 @@ def _simulate(campaign: Campaign, report: Report) -> None:
         steps_done += steps
         separations += result.separations.num_rows
     tell("running")
-
-
-def _tables(
-    campaign: Campaign, batch: Sequence[Shard], pairs: Sequence[tuple[int, int]], result: BatchResult
-) -> dict[Shard, dict[str, pa.Table]]:
-    scenario = campaign.scenario
-    distance = float(campaign.store.resolved["run"]["distance"])
-    inputs = [
-        RunInputs(campaign.speeds[case], distance / campaign.speeds[case], scenario.evaluated_length(case))
-        for case, _ in pairs
-    ]
-    return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)

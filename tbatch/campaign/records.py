@@ -7,12 +7,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import pyarrow as pa
 
 from tbatch.campaign.shards import Shard
+from tbatch.scenario.run_name import run_name
+
+if TYPE_CHECKING:
+    from tbatch.scenario import Scenario
 
 KINDS = ("runs", "wheels", "events")
 
@@ -51,6 +55,21 @@ class RunInputs:
     """Simulated time [s]."""
     evaluated_length: float
     """Length over which wheel 1 counts [m]."""
+
+
+def tables_of(scenario: "Scenario", batch: Sequence[Shard], result: BatchResult) -> dict[Shard, dict[str, pa.Table]]:
+    """The tables of the shards that were simulated together.
+
+    Args:
+        scenario: Their scenario.
+        batch: The shards, in the order of the runs.
+        result: What the engine returned.
+    """
+    distance = float(scenario.resolved()["run"]["distance"])
+    pairs = [pair for shard in batch for pair in shard.pairs]
+    speeds = scenario.speeds
+    inputs = [RunInputs(speeds[case], distance / speeds[case], scenario.evaluated_length(case)) for case, _ in pairs]
+    return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)
 
 
 def shard_tables(

@@ -73,9 +73,9 @@ def extremes_picture(speed: float, units: Units) -> tuple[Picture, list[ExtremeF
     with drawing(height=3.8) as (figure, axes):
         axes.plot(x, maxima, "o", color="#444444", markersize=3, label=f"{count} runs")
         bounds = [order_statistics(count, float(place)) for place in plotting_positions(count)]
-        low = [maxima[one] if one is not None else math.nan for one, _ in bounds]
-        high = [maxima[one] if one is not None else math.nan for _, one in bounds]
-        band(axes, x, low, np.where(np.isnan(high), maxima, high), "#444444")
+        low = [maxima[one] if one is not None else -math.inf for one, _ in bounds]
+        high = [maxima[one] if one is not None else math.inf for _, one in bounds]
+        band(axes, x, low, high, "#444444")
         for place, fit in enumerate(fits):
             line = np.linspace(maxima[0], max(fit.return_values[-1][1], maxima[-1]), 300)
             probability = cumulative(line, (fit.shape, fit.location, fit.scale))
@@ -106,7 +106,7 @@ def extremes_picture(speed: float, units: Units) -> tuple[Picture, list[ExtremeF
         axes.legend(loc="upper left")
         svg = svg_of(figure, "extremes", title)
     caption = (
-        "Each run's largest raw Q/Q0 of any wheelset (points, order-statistic 95 % band) and fits by maximum likelihood"
+        "Each run's largest raw Q/Q0 of any wheelset (points, order-statistic 95 % band, open at its ends) and fits by maximum likelihood"
         " with return values (bars: 95 %, parametric bootstrap). p: Kolmogorov-Smirnov, parametric bootstrap; below"
         " 0.05 the fit is not to be used. Shaded: extrapolation beyond the runs."
     )

@@ -37,7 +37,6 @@ _HEADLINE = (
     ("per km", "separation.per_km"),
     ("longest", "separation.duration.max"),
     ("largest gap\n[mm]", "separation.gap.max"),
-    ("share of time", "separation.share"),
     ("min Q/Q0,\nmedian run", "load_ratio.min.p50"),
     ("max Q/Q0,\n95 % of runs", "load_ratio.max.p95"),
     ("20 Hz Q99.85/Q0,\n95 % of runs", "load_ratio_20hz.section_p99.85.p95"),
@@ -252,7 +251,7 @@ def _cells(numbers: Mapping[str, Estimate]) -> list[str]:
             gap = one.unit == "m"
             cells.append(f"{1e3 * one.value:.3g}" if gap else shown(one.value, one.unit))
         else:
-            cells.append(f"{_plain(one.value, 3)}\n{_plain(one.low, 2)} to {_plain(one.high, 2)}")
+            cells.append(f"{_plain(one.value, 3)}\n{_plain(one.low, 3)} to {_plain(one.high, 3)}")
     return cells
 
 
