@@ -64,8 +64,8 @@ def status_text(campaign: Campaign, damage: Sequence[str]) -> str:
     for shard in store.shards:
         stored[shard.case] += len(shard)
     rows = [
-        [f"{speed * KMH:.4g}", str(stored[case]), str(max(0, campaign.samples - stored[case]))]
-        for case, speed in enumerate(campaign.speeds)
+        [f"{speed * KMH:.4g}", str(stored[case]), str(max(0, planned - stored[case]))]
+        for case, (speed, planned) in enumerate(zip(campaign.speeds, campaign.planned, strict=True))
     ]
     missing = campaign.runs_total - campaign.runs_stored
     lines = [
@@ -154,6 +154,8 @@ def _notes(campaign: Campaign, document: dict[str, Any]) -> list[str]:
         f"Step {1e3 * facts['step']:g} ms; contact {facts['contact']}; {facts['model']}."
         + (f" {rate:,.0f} run-steps/s in the kernels." if rate else ""),
     ]
+    if "stop" in campaign.store.resolved["campaign"]:
+        notes.append("Runs by campaign.stop, speed by speed; intervals are those of a number of runs fixed beforehand.")
     if facts["runs"] < facts["runs_planned"]:
         notes.append(f"Not complete: tbatch resume {campaign.folder}")
     return notes

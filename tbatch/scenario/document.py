@@ -4,7 +4,7 @@ import re
 from typing import Annotated
 
 from tbatch.scenario.contact import ContactSection
-from tbatch.scenario.fields import Count, Text
+from tbatch.scenario.fields import Count, Quantity, Text
 from tbatch.scenario.irregularity import IrregularitySection
 from tbatch.scenario.keep import Keep
 from tbatch.scenario.limits import LimitsSection
@@ -19,6 +19,17 @@ def names_a_folder(name: str) -> bool:
     return re.fullmatch(r"[A-Za-z0-9_](?:[A-Za-z0-9_. -]{0,78}[A-Za-z0-9_-])?", name, re.ASCII) is not None
 
 
+class Stop(Section):
+    """When a speed has runs enough, asked at fixed multiples of 64 runs; all that is given must hold."""
+
+    min_events: Annotated[int, Count(0, 10_000_000)] = 0
+    """Separations, of all wheelsets, that a speed needs."""
+    rel_ci: Annotated[float, Quantity("", 1e-3, 10.0)] = 0.1
+    """Half the 95 % interval of a speed's probability of separation, relative to the probability."""
+    max_runs: Annotated[int, Count(1, 10_000_000)] = 100_000
+    """Samples at which a speed stops in any case."""
+
+
 class Campaign(Section):
     """What the campaign is called and how many runs it has."""
 
@@ -27,9 +38,11 @@ class Campaign(Section):
     )
     """Name, also of the results folder; by default the scenario file's."""
     runs: Annotated[int, Count(1, 10_000_000)] = 1
-    """Samples per speed."""
+    """Samples per speed; with ``stop`` the least number."""
     seed: Annotated[int, Count(0, 2**63 - 1)] = 0
     """Seed of all random numbers."""
+    stop: Stop | None = None
+    """When a speed has runs enough; without it, each has ``runs``."""
 
 
 class Document(Section):

@@ -7,7 +7,6 @@ from tbatch.scenario.errors import Problem, shown
 DEFECT_KINDS = ("chord-flat", "periodic-flat", "joint", "weld", "settlement", "corrugation")
 
 _KEYS: dict[tuple[str, ...], str] = {
-    ("campaign", "stop"): "leave it out; campaign.runs samples are run at each speed",
     ("vehicle", "coach_pitch"): "leave it out; one vehicle is run",
     ("track", "sections"): "leave it out; the track is the same along the line",
     ("track", "matrices"): "a track.model",

@@ -70,6 +70,9 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
                 ("campaign", "name"), f"is missing, and the file's name {shown(stem)} cannot serve", accepted=accepted
             )
         sections["campaign"] = campaign.model_copy(update={"name": stem})
+    if campaign and campaign.stop and campaign.stop.max_runs < campaign.runs:
+        accepted = f"campaign.runs = {campaign.runs} or more"
+        findings.refuse(("campaign", "stop", "max_runs"), "is too few", value=campaign.stop.max_runs, accepted=accepted)
 
     passage = surface = None
     if vehicle and track and speed and integration and "run" in sections:

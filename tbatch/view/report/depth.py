@@ -106,7 +106,7 @@ def extremes_picture(speed: float, units: Units) -> tuple[Picture, list[ExtremeF
         axes.legend(loc="upper left")
         svg = svg_of(figure, "extremes", title)
     caption = (
-        "Each run's largest raw Q/Q0 of any wheelset (points, order-statistic 95 % band, open at its ends) and fits by maximum likelihood"
+        "Each run's largest raw Q/Q0 of any wheelset (points, order-statistic 95 % band) and fits by maximum likelihood"
         " with return values (bars: 95 %, parametric bootstrap). p: Kolmogorov-Smirnov, parametric bootstrap; below"
         " 0.05 the fit is not to be used. Shaded: extrapolation beyond the runs."
     )
