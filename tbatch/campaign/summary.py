@@ -84,7 +84,8 @@ def status_text(campaign: Campaign, damage: Sequence[str]) -> str:
 
 def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
     """What a replayed run did, wheel by wheel, and whether it is the stored one."""
-    case, _ = campaign.pair(run_id)
+    case, sample = campaign.pair(run_id)
+    speed = campaign.scenario.varied(sample).get("speed", campaign.speeds[case])
     rows = [
         [
             str(row["wheel"]),
@@ -103,7 +104,7 @@ def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
         verdict = "bit for bit the stored run"
     return "\n".join(
         [
-            f"{run_id}: {campaign.speeds[case] * KMH:.4g} km/h, {int(result.steps[0])} steps, "
+            f"{run_id}: {speed * KMH:.4g} km/h, {int(result.steps[0])} steps, "
             + ("ok" if int(result.status[0]) == 0 else "diverged"),
             *columns(
                 ["wheelset", "separations", "longest", "min force", "max force"], ["", "", "ms", "kN", "kN"], rows
@@ -148,7 +149,7 @@ def _notes(campaign: Campaign, document: dict[str, Any]) -> list[str]:
     notes = [
         f"Probability: of at least one separation in a run, {length} m evaluated; exact (Clopper-Pearson) interval.",
         "per km: separations per wheelset-kilometre evaluated; bootstrap over runs. longest: none cut off by the ends.",
-        "All speeds met the same irregularity samples (paired).",
+        _pairing(campaign),
         f"Runs: {facts['runs']} of {facts['runs_planned']}; diverged: {facts['diverged']}"
         + (" (left out of the statistics)." if facts["diverged"] else "."),
         f"Step {1e3 * facts['step']:g} ms; contact {facts['contact']}; {facts['model']}."
@@ -159,6 +160,23 @@ def _notes(campaign: Campaign, document: dict[str, Any]) -> list[str]:
     if facts["runs"] < facts["runs_planned"]:
         notes.append(f"Not complete: tbatch resume {campaign.folder}")
     return notes
+
+
+def _pairing(campaign: Campaign) -> str:
+    """What the samples of different speeds, or of one, have in common."""
+    resolved = campaign.store.resolved
+    varied = ", ".join(resolved.get("vary", {}))
+    drawn = "distribution" in resolved["speed"]
+    text = (
+        "Each sample has a speed of its own; the table names their median."
+        if drawn
+        else (
+            "All speeds met the same samples of irregularity and varied numbers (paired)."
+            if varied
+            else "All speeds met the same irregularity samples (paired)."
+        )
+    )
+    return text + (f" Varied ({resolved['campaign'].get('sampling')}): {varied}." if varied else "")
 
 
 def _model(campaign: Campaign) -> dict[str, Any]:

@@ -4,13 +4,15 @@ import re
 from typing import Annotated
 
 from tbatch.scenario.contact import ContactSection
-from tbatch.scenario.fields import Count, Quantity, Text
+from tbatch.scenario.fields import Count, Quantity, Text, Word
 from tbatch.scenario.irregularity import IrregularitySection
 from tbatch.scenario.keep import Keep
 from tbatch.scenario.limits import LimitsSection
 from tbatch.scenario.passage import Integration, RunSection, Speed
+from tbatch.scenario.sampling import METHODS
 from tbatch.scenario.section import Section
 from tbatch.scenario.track import TrackSection
+from tbatch.scenario.vary import Vary
 from tbatch.scenario.vehicle import VehicleSection
 
 
@@ -43,6 +45,10 @@ class Campaign(Section):
     """Seed of all random numbers."""
     stop: Stop | None = None
     """When a speed has runs enough; without it, each has ``runs``."""
+    sampling: Annotated[str | None, Word(METHODS)] = None
+    """How varied numbers are drawn, "random" by default."""
+    plan: Annotated[int | None, Count(2, 65_536)] = None
+    """Samples of each Latin hypercube, 64 by default."""
 
 
 class Document(Section):
@@ -56,5 +62,7 @@ class Document(Section):
     speed: Speed
     run: RunSection = RunSection()
     integration: Integration = Integration()
+    vary: Vary = None
+    """Numbers that differ from sample to sample: a distribution by dotted key."""
     keep: Keep = Keep()
     limits: LimitsSection = LimitsSection()  # type: ignore[valid-type]

@@ -10,8 +10,6 @@ _KEYS: dict[tuple[str, ...], str] = {
     ("vehicle", "coach_pitch"): "leave it out; one vehicle is run",
     ("track", "sections"): "leave it out; the track is the same along the line",
     ("track", "matrices"): "a track.model",
-    ("speed", "distribution"): 'speed.values, such as ["200 km/h", "300 km/h"]',
-    ("vary",): "leave it out; all runs have the same vehicle, contact and irregularity numbers",
 }
 
 

@@ -112,8 +112,6 @@ def test_a_step_that_is_no_time_in_range_is_refused(value: str) -> None:
 @pytest.mark.parametrize(
     ("lines", "key"),
     [
-        ('[vary]\n"vehicle.primary.stiffness" = { kind = "uniform", low = 1, high = 2 }', "vary"),
-        ('[speed]\ndistribution = { kind = "normal", mean = 80, std = 3 }', "speed.distribution"),
         ('[track]\nmodel = "seed-slab"\nlength = "endless"', "track.length"),
         ("[track]\nsections = []", "track.sections"),
         ('[track]\nmatrices = { mass = "m.mtx" }', "track.matrices"),

@@ -78,8 +78,8 @@ def filtered_exceedance(ensemble: Ensemble, limits: Mapping[str, Sequence[float]
     return _panels(
         "load_ratio_20hz_exceedance",
         "EN 14363 family: largest and smallest 20 Hz wheel load of a run",
-        "As above, for the force after a fourth-order 20 Hz low-pass (bands: exact 95 %). It hides separations, is never mixed"
-        " with the raw contact force, may undershoot zero and is not clipped.",
+        "As above, for the force after a fourth-order 20 Hz low-pass (bands: exact 95 %). It hides separations, is"
+        " never mixed with the raw contact force, may undershoot zero and is not clipped.",
         ensemble,
         (
             ("load_ratio_20hz.max", "largest 20 Hz Q/Q0 [-]", lambda units: exceedance(units["ratio_20hz_max"])),

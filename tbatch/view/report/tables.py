@@ -60,18 +60,36 @@ def facts(campaign: Campaign) -> str:
     rails = "half model (one rail)" if resolved["vehicle"]["rails"] == 1 else "whole model (two rails)"
     listed = [
         ("runs", f"{campaign.runs_stored} of {campaign.runs_total}, {campaign.diverged} diverged and left out"),
-        ("speeds", ", ".join(f"{KMH * speed:.4g}" for speed in campaign.speeds) + " km/h"),
+        ("speeds", _speeds(campaign)),
         ("seed and samples", basis(campaign).split(";")[0] + "; all speeds meet the same samples (paired)"),
         ("evaluated", f"{lengths.min():.4g} m of wheelset 1 per run; km are wheelset-kilometres"),
         ("vehicle, track", f"{resolved['vehicle'].get('model', '-')}, {resolved['track'].get('model', '-')}, {rails}"),
         ("contact", str(resolved["contact"]["law"])),
         ("irregularity", str(surface)),
+        ("varied", _varied(campaign)),
         ("step", f"{1e3 * campaign.step:g} ms; counts of the shortest separations depend on it"),
         ("made by", ", ".join(f"{name} {version}" for name, version in made_by.items())),
         ("report by", f"tbatch {versions()['tbatch']}"),
         ("campaign", campaign.store.manifest.campaign),
     ]
     return facts_html(listed)
+
+
+def _speeds(campaign: Campaign) -> str:
+    drawn = campaign.store.resolved["speed"].get("distribution")
+    if drawn is None:
+        return ", ".join(f"{KMH * speed:.4g}" for speed in campaign.speeds) + " km/h"
+    ends = f"{KMH * drawn['low']:.4g} to {KMH * drawn['high']:.4g} km/h"
+    return f"{drawn['kind']}, {ends}, drawn for each sample; figures name the median"
+
+
+def _varied(campaign: Campaign) -> str:
+    resolved = campaign.store.resolved
+    parts = [
+        f"{name}: {numbers['kind']}, {numbers['low']:.4g} to {numbers['high']:.4g}"
+        for name, numbers in resolved.get("vary", {}).items()
+    ]
+    return "; ".join([*parts, f"sampling: {resolved['campaign'].get('sampling')}"]) if parts else "nothing"
 
 
 def headline(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) -> str:
