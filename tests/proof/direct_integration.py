@@ -231,5 +231,3 @@ class DirectIntegration:
 def worst(a: np.ndarray, b: np.ndarray) -> float:
     """Largest absolute difference."""
     return float(np.abs(a - b).max())
-
-
