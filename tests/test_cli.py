@@ -169,7 +169,6 @@ def test_all_errors_of_a_scenario_are_said_at_once():
         ["report", "x"],
         ["check", "x", "--junit", "y"],
         ["merge", "x", "y"],
-        ["methods", "quick"],
         ["verify", "x"],
         ["run", "quick", "--shard", "1/2"],
         ["run", "quick", "--executor", "dask://here:1"],

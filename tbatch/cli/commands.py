@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 
 from tbatch import __version__
 from tbatch.cli import exit_codes
+from tbatch.cli.methods_command import methods
 
 if TYPE_CHECKING:
     from tbatch.scenario import Scenario
@@ -26,7 +27,6 @@ _LATER = {
     "merge": "join the folders of several machines",
     "report": "one HTML page with plots",
     "check": "the scenario's limits as pass or fail",
-    "methods": "the two-step scheme against others",
     "verify": "check every file of a campaign folder",
 }
 
@@ -209,6 +209,9 @@ def bench(as_json: AsJson = False) -> None:
         print(json.dumps(measured, indent=1))
     else:
         print("\n".join(columns(["", ""], [], [[key, _shown(value)] for key, value in measured.items()])))
+
+
+app.command()(methods)
 
 
 @app.command("list")

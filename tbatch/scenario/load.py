@@ -17,6 +17,7 @@ from tbatch.scenario.keep import complete_keep
 from tbatch.scenario.later import take_out_later
 from tbatch.scenario.measured import MeasuredLevel, read_measured
 from tbatch.scenario.passage import Passage, complete_run
+from tbatch.scenario.resolution import warn_of_step
 from tbatch.scenario.section import accepted_at, inner_section
 from tbatch.scenario.surface import Surface, check_surface
 from tbatch.scenario.track import TrackSection, complete_track
@@ -99,7 +100,9 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         )
     if findings.problems or passage is None or surface is None:
         return None
-    return Loaded(Document.model_construct(**sections), passage, surface)
+    document = Document.model_construct(**sections)
+    warn_of_step(document, level, findings)
+    return Loaded(document, passage, surface)
 
 
 def _sections(tables: Mapping[str, Any], incomplete: set[Any], findings: Findings) -> dict[str, Any]:
