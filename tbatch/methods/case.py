@@ -69,8 +69,8 @@ class Case:
         return SaveAt(step, (*names, *(layer for layer in track.layers if layer != "rail")), [self.point])
 
 
-def reference(case: Case, law: str, step: float) -> Result:
-    """The batch engine's run with a step [s]."""
+def reference(case: Case, law: str, step: float, every: float) -> Result:
+    """The batch engine's run with a step [s], sampled every so often [s]."""
     model = case.model
     fine = Model.build(
         model.vehicle,
@@ -81,7 +81,7 @@ def reference(case: Case, law: str, step: float) -> Result:
         local_compliance=case.local_compliance,
     )
     runs = Runs([case.speed], [case.irregularity], case.start)
-    return simulate(fine, runs, case.duration, save=case.save(step))
+    return simulate(fine, runs, case.duration, save=case.save(every))
 
 
 def run_method(case: Case, name: str, step: float, *, direct: bool = False) -> MethodResult:

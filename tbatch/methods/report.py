@@ -33,7 +33,7 @@ def comparison_text(comparison: Comparison) -> str:
                 f"{score.wall_time:.2f}",
                 f"{score.iterations_mean:.1f} (most {score.iterations_max})",
                 *(_percent(score.error[name]) for name in measures),
-                f"{score.pull * 1e-3:.1f}",
+                f"{score.pull * 1e-3:.1f}" if score.outcome != "unstable" else "-",
                 f"{score.radius:.3f}",
                 score.outcome,
             ]

@@ -114,7 +114,7 @@ def low_passed(force: np.ndarray, load: np.ndarray, step: float, cutoff: float =
         step: Δt [s].
         cutoff: [Hz].
     """
-    if cutoff >= 0.5 / step:
+    if cutoff >= 0.5 / step or not len(force):
         return force
     sections = butter(4, 2.0 * cutoff * step, output="sos")
     rest = sosfilt_zi(sections)[:, :, None] * load

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tbatch.engine.result import Result
 from tbatch.methods.comparison import MEASURES, Comparison, Score
 
 # Okabe and Ito's set (Color Universal Design, 2008), told apart by colour-blind eyes; each method has a marker too.
@@ -74,8 +75,8 @@ def _named(step: float) -> str:
 def window(comparison: Comparison) -> tuple[float, float]:
     """Times between which responses are shown [s]: around the largest force if it stands out, else around mid-track."""
     case = comparison.case
-    (name, step) = next(key for key in comparison.responses if key[0] == "reference")
-    force = comparison.responses[name, step].contact_force[0]
+    step, result = _reference(comparison)
+    force = result.contact_force[0]
     load = case.model.static_load
     peak = np.unravel_index(np.argmax(force / load), force.shape)
     if force[peak] > 3.0 * load[peak[1]] and case.model.vehicle.wheel_count == 1:
@@ -84,6 +85,11 @@ def window(comparison: Comparison) -> tuple[float, float]:
     passing = (case.point - case.start) / case.speed
     last = passing + float(case.model.vehicle.wheel_offsets.max()) / case.speed
     return max(passing - 0.1, 0.0), min(last + 0.1, case.duration)
+
+
+def _reference(comparison: Comparison) -> tuple[float, Result]:
+    """Time between the reference's samples [s], and the reference."""
+    return next((step, result) for (name, step), result in comparison.responses.items() if name == "reference")
 
 
 def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
@@ -183,17 +189,16 @@ def _responses(comparison: Comparison, step: float) -> Any:
             axis.set_ylim(max(seen[0], limits[0] - room), min(seen[1], limits[1] + room))
         axis.set(ylabel=label, xlim=(low, high))
     axes.flat[-1].set_xlabel("time, s")
-    axes.flat[0].legend(fontsize=8, ncols=4, loc="upper left")
-    figure.suptitle(f"{case.name}: {case.speed * 3.6:g} km/h, step {step * 1e3:g} ms; reference {_fine(comparison)}")
+    figure.legend(*axes.flat[0].get_legend_handles_labels(), fontsize=8, ncols=len(chosen), loc="outside upper center")
+    title = f"{case.name}: {case.speed * 3.6:g} km/h, step {step * 1e3:g} ms; reference {_fine(comparison)}"
+    axes.flat[0].set_title(title, fontsize=10)
     return figure
 
 
 def _layers(comparison: Comparison, step: float) -> Any:
     """Rail, slab and base displacement and the contact forces of the two-step scheme."""
     case = comparison.case
-    result = (
-        comparison.responses.get(("two-step", step)) or comparison.responses["reference", comparison.reference_step]
-    )
+    result = comparison.responses.get(("two-step", step)) or _reference(comparison)[1]
     low, high = window(comparison)
     inside = (result.time >= low) & (result.time <= high)
     figure, axes = _figure(2, 1, (9.0, 6.0))
