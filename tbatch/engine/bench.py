@@ -21,7 +21,8 @@ from tbatch.engine.model import Model
 from tbatch.engine.prepare import Preparation
 from tbatch.engine.runs import Runs
 from tbatch.engine.simulate import bytes_per_run, simulate
-from tbatch.numerics.scipy_run import ScipyRun, ScipyTrack
+from tbatch.numerics.scipy_run import ScipyRun
+from tbatch.numerics.scipy_track import ScipyTrack
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
 from tbatch.physics.track import Track

@@ -109,7 +109,7 @@ class Histories:
             return
         model = self.model
         track = model.track
-        positions = inputs.positions(0.0)
+        positions = inputs.local_positions(0.0, inputs.passed)
         first: dict[str, np.ndarray] = {
             "contact_force": state.force,
             "vehicle": state.displacement,
