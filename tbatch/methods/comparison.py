@@ -37,6 +37,8 @@ class Score:
     steps: int
     wall_time: float
     """[s]."""
+    cpu_time: float
+    """Processor time [s]."""
     iterations_mean: float
     """Contact solves a step."""
     iterations_max: int
@@ -149,6 +151,7 @@ def compare(
                     step=step,
                     steps=int(result.steps[0]),
                     wall_time=result.wall_time,
+                    cpu_time=result.cpu_time,
                     iterations_mean=float(result.iterations.mean()),
                     iterations_max=int(result.iterations.max()),
                     outcome=outcome,

@@ -17,6 +17,7 @@ from tbatch.numerics.coupled_run import Method
 from tbatch.numerics.initial import InitialState, StaticTrack, given_state, rest_state, static_state
 from tbatch.numerics.run_inputs import RunInputs, VehicleTables
 from tbatch.numerics.two_step import TwoStep
+from tbatch.numerics.window import Window
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
 from tbatch.physics.profile import Profile
@@ -42,6 +43,8 @@ def prepare(
     local_compliance: bool,
 ) -> tuple[CoupledSystem, InitialState, int]:
     """The coupled system, its initial state and its length in steps."""
+    if track.window is not None:
+        raise ValueError("track: the comparison methods step a finite line; give track.length in m")
     if not (np.isfinite(speed) and speed >= 0.0):
         raise ValueError(f"speed = {speed!r}: a finite number >= 0 m/s is required")
     if not (np.isfinite(duration) and duration > 0.0):
@@ -65,6 +68,8 @@ def prepare(
         profile=Profile.zero() if irregularity is None else Irregularity.of(irregularity).profile(*span),
         wheel_profiles=(None,) * vehicle.wheel_count,
         circumference=1.0,
+        window=Window.fixed(),
+        passed=0,
     )
     ground = StaticTrack(track, track.rail_EI if local_compliance and track.node_dofs else None)
     return CoupledSystem(inputs, ground), _initial(initial, inputs, ground), steps
@@ -91,10 +96,10 @@ def carry_out(
     system: CoupledSystem, make: Callable[[], Method], steps: int, step: float, save: SaveAt | None
 ) -> MethodResult:
     """Step a run to its end, or to where it fails."""
-    began = clock.perf_counter()
+    began, began_cpu = clock.perf_counter(), clock.process_time()
     method = make()
     recorder = Recorder(method.run, save, steps, step)
-    recording, converged, status = 0.0, True, OK
+    recording, recording_cpu, converged, status = 0.0, 0.0, True, OK
     with np.errstate(all="ignore"):
         for n in range(steps):
             before = method.run.iterations
@@ -108,11 +113,13 @@ def carry_out(
             if not (converged and sound):
                 status = DIVERGED
                 break
-            noted = clock.perf_counter()
+            noted, noted_cpu = clock.perf_counter(), clock.process_time()
             recorder.step_done(n + 1)
             recording += clock.perf_counter() - noted
-    wall_time = clock.perf_counter() - began - recording
-    return _result(system, recorder, step, status, converged, wall_time)
+            recording_cpu += clock.process_time() - noted_cpu
+    result = _result(system, recorder, step, status, converged, clock.perf_counter() - began - recording)
+    result.cpu_time = clock.process_time() - began_cpu - recording_cpu
+    return result
 
 
 def _result(

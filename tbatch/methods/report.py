@@ -20,7 +20,16 @@ def comparison_text(comparison: Comparison) -> str:
     """The table that is printed."""
     case = comparison.case
     measures = [name for name in MEASURES if name in comparison.reference_error]
-    head = ["method", "law", "step, ms", "steps", "time, s", "solves/step", *(_SHORT[name] for name in measures)]
+    head = [
+        "method",
+        "law",
+        "step, ms",
+        "steps",
+        "time, s",
+        "cpu, s",
+        "solves/step",
+        *(_SHORT[name] for name in measures),
+    ]
     head += ["pull, kN", "radius", "outcome"]
     rows = [head]
     for score in comparison.scores:
@@ -31,6 +40,7 @@ def comparison_text(comparison: Comparison) -> str:
                 f"{score.step * 1e3:g}",
                 f"{score.steps}",
                 f"{score.wall_time:.2f}",
+                f"{score.cpu_time:.2f}",
                 f"{score.iterations_mean:.1f} (most {score.iterations_max})",
                 *(_percent(score.error[name]) for name in measures),
                 f"{score.pull * 1e-3:.1f}" if score.outcome != "unstable" else "-",

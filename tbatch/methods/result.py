@@ -20,5 +20,7 @@ class MethodResult(Result):
     each; the last one is that of the step that failed, if one did."""
     wall_time: float = float("nan")
     """Time of factorisation and stepping [s]."""
+    cpu_time: float = float("nan")
+    """Processor time of the same [s]; what else the machine does matters less to it."""
     converged: bool = True
     """False if the iteration for the contact forces failed at a step; the run then ends before it, diverged."""

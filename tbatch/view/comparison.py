@@ -99,8 +99,9 @@ def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, An
 
 
 def _work_precision(comparison: Comparison) -> Any:
-    """Error against wall time, a panel a measure."""
-    figure, _ = _precision(comparison, lambda score: score.wall_time, "wall time of the run, s")
+    """Error against processor time, a panel a measure."""
+    figure, axes = _precision(comparison, lambda score: score.cpu_time, "processor time of the run, s")
+    _legend(figure, axes.flat[0])
     figure.suptitle(f"{comparison.case.name}: work and precision, one run on this machine")
     return figure
 
@@ -115,7 +116,7 @@ def _convergence(comparison: Comparison) -> Any:
             middle = np.sqrt(max(errors) * max(min(errors), 1e-12))
             line = 100.0 * middle * (steps / np.sqrt(steps[0] * steps[-1])) ** 2
             axis.plot(steps * 1e3, line, color="0.6", linewidth=1.0, zorder=0, label="second order")
-    axes.flat[0].legend(fontsize=8)
+    _legend(figure, axes.flat[0])
     figure.suptitle(f"{comparison.case.name}: error against step")
     return figure
 
@@ -152,8 +153,12 @@ def _precision(comparison: Comparison, abscissa: Any, label: str) -> tuple[Any, 
             axis.set_xlabel(label)
     for axis in axes.flat[len(measures) :]:
         axis.set_visible(False)
-    axes.flat[0].legend(fontsize=8)
     return figure, axes
+
+
+def _legend(figure: Any, axis: Any) -> None:
+    """A legend below all panels."""
+    figure.legend(*axis.get_legend_handles_labels(), fontsize=8, ncols=4, loc="outside lower center")
 
 
 def _responses(comparison: Comparison, step: float) -> Any:

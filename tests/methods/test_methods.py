@@ -154,6 +154,12 @@ def test_what_is_out_of_range_is_refused_by_name(changes: dict, said: str) -> No
         tb.methods.newmark_linear(*parts("column"), LINEAR, **given)
 
 
+def test_an_endless_track_is_refused() -> None:
+    track = tb.Track.winkler("koh-winkler", length="endless")
+    with pytest.raises(ValueError, match="finite line"):
+        tb.methods.two_step(parts("column")[0], track, LINEAR, **asked("column", 1e-3, None))
+
+
 def test_options_that_do_not_fit_are_refused() -> None:
     given = asked("column", 1e-3, None)
     with pytest.raises(ValueError, match="contact_state"):
