@@ -12,6 +12,9 @@ def methods(
     scenario: Annotated[str, typer.Argument(help="A scenario file, or a name that 'tbatch list scenarios' lists.")],
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder; default results/<name>-methods.")] = None,
     steps: Annotated[str | None, typer.Option(help="Steps to compare, such as '1 ms, 0.1 ms'.")] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="Step of the reference, such as '2 us'; default a tenth of the shortest step.")
+    ] = None,
     only: Annotated[str | None, typer.Option(help="Methods to compare, such as 'two-step, NML, NMN, APL'.")] = None,
     case: Annotated[int, typer.Option(min=0, help="Which speed of the scenario, from 0.")] = 0,
     sample: Annotated[int, typer.Option(min=0, help="Which sample, from 0.")] = 0,
@@ -46,7 +49,8 @@ def methods(
     )
     names = [name.strip() for name in only.split(",")] if only else list(METHODS)
     ladder = _parsed(steps) if steps else LADDER
-    comparison = compare(compared, steps=ladder, methods=names, direct=direct, progress=_say)
+    fine = _parsed(reference)[0] if reference else None
+    comparison = compare(compared, steps=ladder, methods=names, direct=direct, reference_step=fine, progress=_say)
     folder = out or Path("results") / f"{loaded.name}-methods"
     written = save_comparison(comparison, folder)
     try:

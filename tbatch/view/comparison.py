@@ -131,6 +131,8 @@ def _sound(score: Score, measure: str) -> bool:
 
 
 def _precision(comparison: Comparison, abscissa: Any, label: str) -> tuple[Any, Any]:
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
     measures = _measures(comparison)
     rows = (len(measures) + 1) // 2
     figure, axes = _figure(rows, 2, (9.0, 3.4 * rows + 0.4))
@@ -148,7 +150,11 @@ def _precision(comparison: Comparison, abscissa: Any, label: str) -> tuple[Any, 
         axis.axhline(floor, color="0.4", linestyle=":", linewidth=1.0)
         axis.annotate("the reference's own error", (0.01, floor), xycoords=("axes fraction", "data"), fontsize=7,
                       color="0.3", va="bottom")  # fmt: skip
-        axis.set(xscale="log", yscale="log", title=LABELS[measure], ylabel="largest error, %")
+        axis.set(xscale="log", yscale="log")
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.set(title=LABELS[measure], ylabel="largest error, %")
         if place >= len(measures) - 2:
             axis.set_xlabel(label)
     for axis in axes.flat[len(measures) :]:
