@@ -1,6 +1,6 @@
 """Separations per wheelset-kilometre of a campaign, with intervals: python docs/claims/rates.py RESULTS.
 
-A sample's runs at all speeds, and its wheelsets, go together: intervals come from resampling whole samples (4000 times).
+A sample's wheelsets go together: the 95 % intervals come from resampling whole samples.
 """
 
 import sys
