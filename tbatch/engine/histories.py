@@ -54,6 +54,11 @@ class Histories:
         needed = {"rail" if name == "rail_acceleration" else name for name in save.channels}
         self._layers = [layer for layer in LAYERS if layer in needed]
         track = self.model.track
+        if track.window is not None and (self._layers or "rail_acceleration" in needed):
+            raise ValueError(
+                "save.channels: the points of rail, slab and base come and go on an endless track; "
+                "take 'rail_under_wheel' there"
+            )
         for layer in self._layers:
             if layer not in track.layers:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")

@@ -4,10 +4,16 @@ A block holds `LANES` runs side by side. All that belongs to a run stands in two
 `memory[block, row, lane]`, whole numbers in `marks[block, row, lane]`. This module alone says which row is what.
 """
 
+import os
 from dataclasses import dataclass, fields
 
-LANES = 16
+LANES_VARIABLE = "TBATCH_LANES"
+"""Environment variable that `tbatch bench` sets to time other numbers of lanes; results do not depend on it."""
+LANES = int(os.environ.get(LANES_VARIABLE, "16"))
 """Runs a block: two 512-bit vectors of f64, so that one coefficient loaded serves two products."""
+
+if LANES not in (8, 16, 32):
+    raise ValueError(f"{LANES_VARIABLE} = {LANES}: accepted are 8, 16 and 32")
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,7 @@ class ReferenceRun:
         self.passed = float(inputs.passed)
         self.two_h, self.four_h = 2.0 / scheme.first, 4.0 / scheme.first
         self.load = first_load(track, scheme, self.u, self.u_velocity)
+        self.element: np.ndarray = np.zeros(len(self.force), int)
         self._place_wheels(0.0)
 
     def run(self) -> ReferenceHistory:
@@ -139,7 +140,7 @@ class ReferenceRun:
                 vector[:-by], vector[-by:] = vector[by:].copy(), 0.0
                 vector[0] = 0.0
             self.passed += 1.0
-            self.element = self.element - by
+            self.element -= by
             # What the ends' old neighbours put into the load would be a blow there.
             self.load = first_load(self.track, self.scheme, self.u, self.u_velocity)
 

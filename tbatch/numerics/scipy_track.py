@@ -36,8 +36,9 @@ class ScipyTrack:
         return [np.ascontiguousarray(cho_solve_banded((factor, True), units).T) for factor in self.factors]
 
     def solve(self, rate: int, load: np.ndarray) -> np.ndarray:
-        """K̂⁻¹ load, zero at pinned dofs; shape (node * dof,)."""
-        return cho_solve_banded((self.factors[rate], True), load * self.free, check_finite=False)
+        """K̂⁻¹ load, zero at pinned dofs; shape (node * dof, ...)."""
+        free = self.free.reshape(-1, *(1,) * (load.ndim - 1))
+        return cho_solve_banded((self.factors[rate], True), load * free, check_finite=False)
 
     def advance(
         self, u: np.ndarray, velocity: np.ndarray, first: np.ndarray, second: np.ndarray

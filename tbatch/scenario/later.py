@@ -34,9 +34,6 @@ def take_out_later(document: dict[str, Any]) -> list[Problem]:
             told = None if isinstance(value, dict | list) else shown(value)
             problems.append(Problem(path, "is not yet available", told, accepted))
     track = document.get("track")
-    if isinstance(track, dict) and track.get("length") == "endless":
-        del track["length"]
-        problems.append(Problem(("track", "length"), "is not yet available", '"endless"', 'a length, such as "100 m"'))
     if isinstance(track, dict) and isinstance(track.get("model"), str) and "ballast" in track["model"]:
         told = shown(track.pop("model"))
         problems.append(

@@ -42,7 +42,7 @@ class RunSection(Section):
     start: Annotated[float, _POSITION] = 30.0
     """x of wheel 1 at t = 0 [m]."""
     distance: Annotated[Any, Quantity("m", 0.01, 20e3, words=("auto",))] = "auto"
-    """Distance run [m]; "auto" runs until wheel 1 is 15 m before the end of the track."""
+    """Distance run [m]; "auto" runs until wheel 1 is 15 m before the end of the track. Given on an endless one."""
     taper: Annotated[float, Quantity("m", 0.0, 1000.0)] = 5.0
     """The irregularity fades in over this length from ``start`` [m]; 0 takes it as it is, everywhere."""
     evaluate_from: Annotated[float, _POSITION] = 10.0
@@ -108,7 +108,7 @@ def complete_run(
         run: The table as read.
         offsets: Distance of each wheel behind wheel 1 [m].
         track_kind: Kind of the track.
-        track_length: Its length as built [m].
+        track_length: Its length as built [m]; inf for an endless one.
         speeds: Speeds [m/s].
         step: Time step [s].
         findings: Takes what does not fit on the track.
@@ -117,8 +117,12 @@ def complete_run(
     before = len(findings.problems)
     fastest_step = max(speeds) * step
     auto = run.distance == "auto"
+    endless = math.isinf(track_length)
+    if endless and auto:
+        findings.refuse(("run", "distance"), "has no end to run to on an endless track", accepted="0.01 to 20000 m")
+        return run, None
     last = track_length - (END_MARGIN if auto else fastest_step)
-    if rear < 0.0 or run.start >= last:
+    if not endless and (rear < 0.0 or run.start >= last):
         what = f"puts wheel {len(offsets)} at x = {rear:g} m" if rear < 0.0 else "leaves no way to run"
         low = max(offsets)
         enough = f"track.length above {low + track_length - last:g} m"
@@ -155,7 +159,7 @@ def complete_run(
 
 def _warn(passage: Passage, track_kind: str, track_length: float, findings: Findings) -> None:
     """Note margins that are short and wheels that do not count."""
-    if track_kind in ("slab", "winkler"):
+    if track_kind in ("slab", "winkler") and not math.isinf(track_length):
         margins = (
             ("run.start", "behind the last wheel at the start", passage.low, REAR_MARGIN),
             (

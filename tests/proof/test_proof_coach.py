@@ -90,20 +90,36 @@ def test_smooth_motion_converges_with_the_square_of_the_step(holds):
         holds(f"order in {name}: 2 - {2.0 - order:.3f}", abs(order - 2.0), 0.2)
 
 
-def test_a_coach_over_a_deep_flat_follows_the_independent_integration_through_every_separation(holds):
-    at, depth, length, duration = 26.0, 1.0e-3, 0.15, 0.06
+FLAT = (1.0e-3, 0.15, 26.0)
+"""depth, length and place [m]: wheels 1 and 2 meet it, and leave the rail twice each"""
+
+
+@cache
+def flat_reference() -> History:
+    depth, length, at = FLAT
     direct = DirectIntegration(
-        COACH, track(0.0), HERTZ, 1.5, SPEED, START, haversine_flat(depth, length, at), rail_EI=RAIL_EI,
-        breaks=(at, at + length),
+        COACH, track(0.0), HERTZ, 1.5, SPEED, START,
+        haversine_flat(depth, length, at), rail_EI=RAIL_EI, breaks=(at, at + length),
     )  # fmt: skip
-    history = direct.run(np.arange(round(duration / GRID) + 1) * GRID, rtol=1e-7)
-    model = tb.Model.build(COACH, track(0.0), CONTACTS["hertz"][0], step=GRID / 160)
+    return direct.run(np.arange(151) * GRID, rtol=1e-7)
+
+
+@pytest.mark.parametrize("splitting", [2.0 - 2.0**0.5, 0.5])
+def test_a_coach_over_a_flat_follows_the_independent_integration_through_every_separation(splitting, holds):
+    history = flat_reference()
+    depth, length, at = FLAT
     flat = tb.Irregularity.flat(depth=depth, length=length, at=at)
+    model = tb.Model.build(COACH, track(0.0), CONTACTS["hertz"][0], step=GRID / 160, splitting=splitting)
     save = tb.SaveAt(GRID, ("contact_force",))
-    result = tb.simulate(model, tb.Runs([SPEED], [flat], START), duration, save=save, threads=1)
+    result = tb.simulate(model, tb.Runs([SPEED], [flat], START), history.time[-1], save=save, threads=1)
     table = result.separations.to_pydict()
-    assert sorted(w - 1 for w in table["wheel"]) == sorted(w for _, w in history.lost)
-    lost = np.array([t for t, _ in sorted(history.lost, key=lambda event: (event[1], event[0]))])
-    assert (np.abs(np.array(table["start"]) - lost) < 2.5 * model.step).all()
+    assert table["wheel"] == [1, 1, 2, 2]
+    lost, regained = (
+        np.array([t for t, wheel in sorted(e, key=lambda x: x[1])]) for e in (history.lost, history.regained)
+    )
+    # To the next step end.
+    late = np.stack([np.array(table["start"]) - lost, np.array(table["end"]) - regained]) / model.step
+    assert (late > -0.05).all() and (late < 1.05).all()
     error = np.abs(result.contact_force[0] - history.force)
-    holds("force, of the peak", error.max() / history.force.max(), 2e-3)
+    # 2.5 µs, as for the column over its flat; 2e-4 is seen.
+    holds("force through separations, of the peak", error.max() / history.force.max(), 5e-4)
