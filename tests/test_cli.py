@@ -202,7 +202,6 @@ def test_all_errors_of_a_scenario_are_said_at_once():
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["methods", "quick"],
         ["run", "quick", "--live"],
         ["run", "quick", "--serve"],
         ["run", "quick", "--arch", "cuda"],
@@ -229,6 +228,20 @@ def test_bad_usage_leaves_with_2_and_a_message(arguments, said):
     done = tbatch(*arguments)
     assert done.returncode == 2
     assert said in done.stderr
+
+
+def test_methods_prints_saves_and_draws_a_comparison(tmp_path):
+    short = ["--set", "track.length=60 m", "--set", "run.start=20 m", "--set", "run.distance=3 m",
+             "--set", "run.evaluate_from=1 m"]  # fmt: skip
+    done = tbatch("methods", "smooth_track", *short, "--steps", "1 ms, 1e-4", "--out", tmp_path / "m")
+    assert done.returncode == 0
+    for method in ("two-step", "NML", "NMN", "APL"):
+        assert method in done.stdout
+    assert "half-period" in done.stdout
+    names = {path.name for path in (tmp_path / "m").iterdir()}
+    assert {"methods.json", "methods.csv", "work_precision.png", "responses_1000us.png"} <= names
+    for wrong in ("0.1 parsecs", "1", "soon"):
+        assert tbatch("methods", "smooth_track", "--steps", wrong).returncode == 2
 
 
 def test_list_and_schema_say_what_can_be_written():

@@ -7,7 +7,6 @@ which exit code each one gives.
 import json
 import os
 import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from enum import StrEnum
 from importlib.util import find_spec
@@ -19,14 +18,11 @@ from typer.core import TyperGroup
 
 from tbatch import __version__
 from tbatch.cli import exit_codes
+from tbatch.cli.methods_command import methods
 
 if TYPE_CHECKING:
     from tbatch.campaign.part import Part
     from tbatch.scenario import Scenario
-
-_LATER = {
-    "methods": "the two-step scheme against others",
-}
 
 
 class Listed(StrEnum):
@@ -266,6 +262,9 @@ def bench(as_json: AsJson = False) -> None:
         print("\n".join(columns(["", ""], [], [[key, _shown(value)] for key, value in measured.items()])))
 
 
+app.command()(methods)
+
+
 @app.command("list")
 def list_(what: Annotated[Listed, typer.Argument(help="What to list.")]) -> None:
     """List the vehicles, tracks, spectra or scenarios that come with tbatch."""
@@ -286,20 +285,6 @@ def schema() -> None:
 def _not_yet(what: str) -> None:
     say(f"{what} is not served yet by this version ({__version__})")
     raise typer.Exit(exit_codes.BAD_USAGE)
-
-
-def _later(name: str, what: str) -> Callable[[], None]:
-    def command() -> None:
-        _not_yet(f"tbatch {name}")
-
-    command.__doc__ = f"Not yet: {what}."
-    return command
-
-
-for _name, _what in _LATER.items():
-    app.command(_name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
-        _later(_name, _what)
-    )
 
 
 def _carry_out(

@@ -38,9 +38,7 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
     durations = np.broadcast_to(durations, (len(runs),))
     if not (np.isfinite(durations) & (durations > 0.0)).all():
         raise ValueError("duration: positive, finite times in s are required")
-    # A duration that is a whole number of steps to round-off stays that number.
-    steps = np.ceil(durations / model.step * (1.0 - 1e-12) - 1e-9).astype(np.int64)
-    steps = np.maximum(steps, 1)
+    steps = whole_steps(durations, model.step)
     if steps.max() > 2**31 - 2:
         raise ValueError(f"duration: {steps.max()} steps; at most {2**31 - 2} are possible")
     for run in range(len(runs)):
@@ -57,6 +55,16 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
                 f"0 ... {model.track.length:.3f} m; choose start, speed and duration accordingly"
             )
     return steps
+
+
+def whole_steps(durations: np.ndarray, step: float) -> np.ndarray:
+    """Durations in steps, rounded up, at least one; a whole number of steps to round-off stays that number.
+
+    Args:
+        durations: [s], shape (run,).
+        step: Δt [s].
+    """
+    return np.maximum(np.ceil(durations / step * (1.0 - 1e-12) - 1e-9).astype(np.int64), 1)
 
 
 class Preparation:

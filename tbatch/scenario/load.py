@@ -18,6 +18,7 @@ from tbatch.scenario.later import take_out_later
 from tbatch.scenario.limits import check_limits, gather_limits
 from tbatch.scenario.measured import MeasuredLevel, read_measured
 from tbatch.scenario.passage import Passage, Speed, complete_run, complete_speed
+from tbatch.scenario.resolution import warn_of_step
 from tbatch.scenario.sampling import PLAN, Sampling
 from tbatch.scenario.section import accepted_at, inner_section
 from tbatch.scenario.surface import Surface, check_surface
@@ -114,7 +115,9 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         )
     if findings.problems or passage is None or surface is None or sampling is None:
         return None
-    return Loaded(Document.model_construct(**sections), passage, surface, sampling)
+    document = Document.model_construct(**sections)
+    warn_of_step(document, level, findings)
+    return Loaded(document, passage, surface, sampling)
 
 
 def _sampling(sections: dict[str, Any], findings: Findings) -> Sampling:
