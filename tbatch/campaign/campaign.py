@@ -21,6 +21,7 @@ from tbatch.campaign.identity import run_count
 from tbatch.campaign.keep import worst_runs
 from tbatch.campaign.part import Part, holding
 from tbatch.campaign.progress import Progress, Report
+from tbatch.campaign.quarantine import write_quarantine
 from tbatch.campaign.recordings import Recorder, write_missing_recordings
 from tbatch.campaign.records import BatchResult, tables_of
 from tbatch.campaign.sameness import differing_columns, rows_of
@@ -245,7 +246,9 @@ class Campaign:
         shard = self._shard_of(run_id)
         if shard is None:
             raise ValueError(f"run is {run_id!r}: not stored yet")
-        differing = []
+        stored = rows_of(self.store.shard_table("runs", shard, ("sample", "status", "steps")), "sample", sample)
+        ended = {"status": int(result.status[index]), "steps": int(result.steps[index])}
+        differing = [f"runs.{name}" for name, value in ended.items() if stored[name][0].as_py() != value]
         for kind, replayed in {"wheels": result.summary, "events": result.separations}.items():
             stored = rows_of(self.store.shard_table(kind, shard), "sample", sample).drop_columns(["case"])
             differing += [f"{kind}.{name}" for name in differing_columns(stored, rows_of(replayed, "run", index))]
@@ -298,6 +301,8 @@ def run(
             tell(f"complete already: all runs of part {part} are stored in {folder}")
         else:
             tell(f"complete already: all {campaign.runs_total} runs are stored in {folder}")
+        if part is None:
+            write_quarantine(campaign, report, tell)
         if recorder is not None and part is None:
             write_missing_recordings(campaign, recorder, report)
     return campaign

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tbatch.campaign.adoption import adopt
-from tbatch.campaign.durable import hash_of, make_folder, remove_leftovers, write_bytes
+from tbatch.campaign.durable import hash_of, make_folder, read_bytes, remove_leftovers, write_bytes
 from tbatch.campaign.faults import ScenarioChanged, StoreDamaged
 from tbatch.campaign.identity import changed_keys, identity
 from tbatch.campaign.manifest import MANIFEST_NAME, Manifest
@@ -94,17 +94,21 @@ def _write_documents(store: Store, source: str, resolved: dict[str, Any]) -> Non
         source = path.read_text(encoding="utf-8") if path.exists() else f"# made from tables, see {RESOLVED_NAME}\n"
     texts = {SCENARIO_NAME: source.encode(), RESOLVED_NAME: json.dumps(resolved, indent=1).encode()}
     new = {name: [hash_of(data)] for name, data in texts.items()}
-    own = store.own
+    own, old = store.own, store.manifest.documents
     if own.documents == new:
         return
-    if store.manifest.documents:
-        old = store.manifest.documents
+    differing = [name for name, data in texts.items() if not _holds(store.folder / name, data)]
+    if differing and old:
         own.documents = {name: [*new[name], *old.get(name, [])] for name in new}
         store.save()
-    for name, data in texts.items():
-        write_bytes(store.folder / name, data)
+    for name in differing:
+        write_bytes(store.folder / name, texts[name])
     own.documents = new
     store.resolved = resolved
+
+
+def _holds(path: Path, data: bytes) -> bool:
+    return path.exists() and read_bytes(path) == data
 
 
 def _adopt(store: Store, part: Part | None, message: Message) -> None:

@@ -105,7 +105,7 @@ def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
     return "\n".join(
         [
             f"{run_id}: {speed * KMH:.4g} km/h, {int(result.steps[0])} steps, "
-            + ("ok" if int(result.status[0]) == 0 else "diverged"),
+            + ("ok" if int(result.status[0]) == 0 else f"diverged at step {int(result.steps[0])}"),
             *columns(
                 ["wheelset", "separations", "longest", "min force", "max force"], ["", "", "ms", "kN", "kN"], rows
             ),

@@ -13,6 +13,7 @@ from tbatch.scenario.keep import Keep
 
 WHEELS = 2
 STEPS = 1000
+STOPPED = 400  # step of a run that diverges
 
 
 @dataclass
@@ -106,7 +107,9 @@ class ToyExecutor:
         schema = pa.schema([("run", pa.int32()), ("wheel", pa.int32()), ("start", pa.float64()), ("end", pa.float64())])
         return SimpleNamespace(
             status=np.array([int(pair in self.diverging) for pair in pairs]),
-            steps=np.full(len(pairs), STEPS),
+            steps=np.array([STOPPED if pair in self.diverging else STEPS for pair in pairs]),
+            time=np.arange(STEPS + 1) * self.scenario.step,
+            channels={"contact_force": np.full((len(pairs), STEPS + 1, WHEELS), 5e4)} if save else {},
             run_steps_per_second=1e6,
             summary=pa.Table.from_pylist(wheel_rows),
             separations=pa.Table.from_pylist(events, schema=schema),
