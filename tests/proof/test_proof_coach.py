@@ -61,8 +61,12 @@ def test_a_coach_over_waves_follows_the_independent_integration(splitting, holds
     error = result.contact_force[0] - history.force
     # 25 µs. The start and each seat passed excite rail modes of the mesh, up to 11 kHz and undamped, with some 1e-3 of
     # the load: those that the step does not resolve are the error.
-    holds("force, of the static load", np.abs(error).max() / LOAD, 6e-4)
-    holds("rms force, of the static load", np.sqrt((error**2).mean()) / LOAD, 1.5e-4)
+    holds("force at 25 µs, of the static load", np.abs(error).max() / LOAD, 6e-4)
+    holds("rms force at 25 µs, of the static load", np.sqrt((error**2).mean()) / LOAD, 1.5e-4)
+    usual = simulate("linear", 0.0, duration, 4, splitting)[0].contact_force[0] - history.force
+    # 100 µs, the usual step: more of those modes are left out.
+    holds("force at 100 µs, of the static load", np.abs(usual).max() / LOAD, 8e-3)
+    holds("rms force at 100 µs, of the static load", np.sqrt((usual**2).mean()) / LOAD, 1e-3)
     moved = np.abs(history.vehicle - history.vehicle[0]).max(0)
     holds("each vehicle dof, of its movement", (np.abs(vehicle - history.vehicle).max(0) / moved).max(), 1e-5)
     near, values, _ = system("linear", 0.0).shape(np.array([PROBE]))
