@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 
 
 def rows(path: str) -> list[str]:
-    """A line a checked quantity: the test, the quantity, its error and its tolerance; the worst of a test's variants."""
+    """A line a checked quantity, with its error and tolerance; the worst of a test's variants."""
     worst: dict[tuple[str, str, str], tuple[float, float]] = {}
     for case in ElementTree.parse(path).iter("testcase"):
         module = case.get("classname", "").rpartition(".")[2]
