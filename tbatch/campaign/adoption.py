@@ -25,7 +25,11 @@ def shard_metadata(campaign: str, shard: Shard, kind: str) -> dict[str, str]:
 
 
 def adopt(
-    folder: Path, campaign: str, known: Container[Shard], message: Callable[[str], None]
+    folder: Path,
+    campaign: str,
+    known: Container[Shard],
+    message: Callable[[str], None],
+    mine: Callable[[Shard], bool] = lambda shard: True,
 ) -> dict[Shard, dict[str, Any]]:
     """Manifest entries of whole stray shards of this campaign; what is cut or incomplete is removed and will be redone.
 
@@ -34,6 +38,7 @@ def adopt(
         campaign: Identity of the campaign.
         known: Shards that the manifest names.
         message: Where to say what was found.
+        mine: Which shards to look at; a part leaves alone what others may be writing.
     """
     names = {path.stem for kind in KINDS for path in (folder / kind).glob("*.parquet")}
     adopted: dict[Shard, dict[str, Any]] = {}
@@ -43,11 +48,11 @@ def adopt(
         except ValueError:
             message(f"not a shard, ignored: {name}.parquet")
             continue
-        if shard in known:
+        if shard in known or not mine(shard):
             continue
         paths = {kind: folder / kind / f"{name}.parquet" for kind in KINDS}
         try:
-            adopted[shard] = _entry(paths, campaign, shard)
+            adopted[shard] = stray_entry(paths, campaign, shard)
             message(f"stored but not noted, taken over: {name}")
         except ForeignShard:
             raise
@@ -58,7 +63,7 @@ def adopt(
     return adopted
 
 
-def _entry(paths: dict[str, Path], campaign: str, shard: Shard) -> dict[str, Any]:
+def stray_entry(paths: dict[str, Path], campaign: str, shard: Shard) -> dict[str, Any]:
     """The manifest's entry of a stray shard; StoreDamaged if it is not whole."""
     tables = {kind: read_table(path) for kind, path in paths.items()}
     for kind, path in paths.items():

@@ -13,17 +13,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
+from tbatch.campaign.cluster import Cluster
 from tbatch.campaign.durable import make_folder
+from tbatch.campaign.estimates import ALL_SPEEDS, ANY_WHEELSET, Estimate, Records, estimates
 from tbatch.campaign.executor import Executor, Local
 from tbatch.campaign.identity import run_count
 from tbatch.campaign.keep import worst_runs
-from tbatch.campaign.lock import FolderLock
+from tbatch.campaign.part import Part, holding
 from tbatch.campaign.progress import Progress, Report
+from tbatch.campaign.quarantine import write_quarantine
 from tbatch.campaign.recordings import Recorder, write_missing_recordings
-from tbatch.campaign.records import BatchResult, RunInputs, shard_tables
+from tbatch.campaign.records import BatchResult, tables_of
 from tbatch.campaign.sameness import differing_columns, rows_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
+from tbatch.campaign.stopping import TALLY_COLUMNS, StopRule, Tally, tally
 from tbatch.campaign.store import SCENARIO_NAME, Message, Store
 from tbatch.scenario.run_name import parse_run_name, run_name
 
@@ -60,6 +64,7 @@ class Campaign:
         self._scenario = scenario
         self._executor = executor
         self._threads = threads
+        self._tallies: dict[Shard, Tally] = {}
 
     @classmethod
     def open(cls, folder: Path | str, *, threads: int | None = None) -> "Campaign":
@@ -97,12 +102,38 @@ class Campaign:
 
     @property
     def samples(self) -> int:
-        """Samples per speed."""
+        """Samples per speed; at least, with a rule to stop."""
         return run_count(self.store.resolved)
 
-    def missing(self) -> list[Shard]:
-        """The shards still to be run."""
-        return missing_shards(len(self.speeds), self.samples, self.store.shards)
+    @property
+    def planned(self) -> tuple[int, ...]:
+        """Samples that each speed is to have: the scenario's, or as far as its rule to stop tells by now."""
+        rule = StopRule.of(self.store.resolved)
+        if rule is None:
+            return (self.samples,) * len(self.speeds)
+        stored: dict[int, list[Shard]] = {case: [] for case in range(len(self.speeds))}
+        for shard in self.store.shards:
+            stored[shard.case].append(shard)
+        return tuple(rule.planned(shards, self._tally) for shards in stored.values())
+
+    @property
+    def _planned_for_parts(self) -> tuple[int, ...]:
+        """Parts know nothing of each other: they run up to the first look of a rule to stop, the rest is for one."""
+        rule = StopRule.of(self.store.resolved)
+        return (self.samples if rule is None else next(rule.looks()),) * len(self.speeds)
+
+    def _tally(self, shard: Shard) -> Tally:
+        if shard not in self._tallies:
+            runs = self.store.shard_table("runs", shard, ("sample", "status"))
+            self._tallies[shard] = tally(runs, self.store.shard_table("wheels", shard, TALLY_COLUMNS))
+        return self._tallies[shard]
+
+    def missing(self, part: Part | None = None) -> list[Shard]:
+        """The shards still to be run, all of them or those of a part."""
+        cases = len(self.speeds)
+        planned = self.planned if part is None else self._planned_for_parts
+        missing = missing_shards(cases, planned, self.store.shards)
+        return [shard for shard in missing if part is None or part.holds(shard, cases)]
 
     @property
     def runs_stored(self) -> int:
@@ -111,8 +142,8 @@ class Campaign:
 
     @property
     def runs_total(self) -> int:
-        """Number of runs that the scenario asks for."""
-        return len(self.speeds) * self.samples
+        """Number of runs that the scenario asks for, as far as its rule to stop tells by now."""
+        return sum(self.planned)
 
     @property
     def diverged(self) -> int:
@@ -144,6 +175,20 @@ class Campaign:
         runs, wheels = self.table("runs", RUN_COLUMNS), self.table("wheels", WHEEL_COLUMNS)
         return separation_statistics(runs, wheels, self.speeds, any_wheelset=any_wheelset)
 
+    @cached_property
+    def records(self) -> Records:
+        """The stored tables as columns of runs, read once: for estimates and reports."""
+        return Records(*(self.table(kind) for kind in ("runs", "wheels", "events")))
+
+    def estimates(self, case: int = ALL_SPEEDS, wheel: int = ANY_WHEELSET) -> list[Estimate]:
+        """Every estimate with its interval, for a speed and wheelset.
+
+        Args:
+            case: Index of the speed; default: the whole campaign, whose unit is the sample with its runs at all speeds.
+            wheel: Wheelset, from 1 at the front; default: any of them.
+        """
+        return estimates(self.records.units(case, wheel))
+
     def kept(self) -> list[str]:
         """Names of the runs that the scenario keeps as recordings."""
         keep = self.scenario.keep
@@ -174,8 +219,9 @@ class Campaign:
     def pair(self, run_id: str) -> tuple[int, int]:
         """Case and sample of a run of this campaign; ValueError for any other."""
         case, sample = parse_run_name(run_id)
-        if case >= len(self.speeds) or sample >= self.samples:
-            last = run_name(len(self.speeds) - 1, self.samples - 1)
+        planned = self.planned
+        if case >= len(planned) or sample >= planned[case]:
+            last = run_name(len(planned) - 1, planned[-1] - 1)
             raise ValueError(f"run is {run_id!r}: this campaign has runs {run_name(0, 0)} to {last}")
         return case, sample
 
@@ -200,7 +246,9 @@ class Campaign:
         shard = self._shard_of(run_id)
         if shard is None:
             raise ValueError(f"run is {run_id!r}: not stored yet")
-        differing = []
+        stored = rows_of(self.store.shard_table("runs", shard, ("sample", "status", "steps")), "sample", sample)
+        ended = {"status": int(result.status[index]), "steps": int(result.steps[index])}
+        differing = [f"runs.{name}" for name, value in ended.items() if stored[name][0].as_py() != value]
         for kind, replayed in {"wheels": result.summary, "events": result.separations}.items():
             stored = rows_of(self.store.shard_table(kind, shard), "sample", sample).drop_columns(["case"])
             differing += [f"{kind}.{name}" for name in differing_columns(stored, rows_of(replayed, "run", index))]
@@ -216,6 +264,8 @@ def run(
     message: Message | None = None,
     recorder: Recorder | None = None,
     executor: Executor | None = None,
+    cluster: Cluster | None = None,
+    part: Part | None = None,
 ) -> Campaign:
     """Runs what is missing of a scenario in a folder and gives the campaign.
 
@@ -229,26 +279,37 @@ def run(
         message: Called with a line for people where something was found or repaired.
         recorder: Writes the recordings of the kept runs; default: none are written.
         executor: Where to simulate; default: in this process.
+        cluster: Workers that simulate and store shards for this process; default: the executor simulates all.
+        part: The part of the campaign that is to be run; default: all of it. Parts write no recordings.
     """
     folder = Path(out) if out is not None else Path("results") / scenario.name
     tell = message or (lambda text: None)
     make_folder(folder)
-    with FolderLock(folder, message=tell):
-        store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell)
+    with holding(folder, part, tell):
+        store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell, part=part)
         campaign = Campaign(store, scenario, executor, threads=threads)
         report = progress or (lambda state: None)
-        if campaign.missing():
-            _simulate(campaign, report)
+        missing = campaign.missing(part)
+        if missing:
+            while missing:  # a rule to stop may ask for more at each of its looks
+                if cluster is not None:
+                    cluster.simulate(campaign, missing, report, tell)
+                else:
+                    _simulate(campaign, report, missing)
+                missing = campaign.missing(part)
+        elif part is not None:
+            tell(f"complete already: all runs of part {part} are stored in {folder}")
         else:
             tell(f"complete already: all {campaign.runs_total} runs are stored in {folder}")
-        if recorder is not None:
+        if part is None:
+            write_quarantine(campaign, report, tell)
+        if recorder is not None and part is None:
             write_missing_recordings(campaign, recorder, report)
     return campaign
 
 
-def _simulate(campaign: Campaign, report: Report) -> None:
+def _simulate(campaign: Campaign, report: Report, missing: list[Shard]) -> None:
     """Simulates and stores what is missing, batch by batch."""
-    missing = campaign.missing()
     executor = campaign.executor
     report(Progress("building", 0, sum(map(len, missing)), 0, 0, 0))
     total_runs = sum(len(shard) for shard in missing)
@@ -272,7 +333,7 @@ def _simulate(campaign: Campaign, report: Report) -> None:
         steps = int(np.sum(result.steps))
         kernel = result.run_steps_per_second
         kernel_seconds = steps / kernel if kernel > 0.0 else seconds  # NaN for a batch of a single launch
-        tables = _tables(campaign, batch, pairs, result)
+        tables = tables_of(campaign.scenario, batch, result)
         campaign.store.commit(tables, run_steps=steps, seconds=seconds, kernel_seconds=kernel_seconds)
         rate = steps / max(kernel_seconds, 1e-9)
         missing = missing[len(batch) :]
@@ -280,15 +341,3 @@ def _simulate(campaign: Campaign, report: Report) -> None:
         steps_done += steps
         separations += result.separations.num_rows
     tell("running")
-
-
-def _tables(
-    campaign: Campaign, batch: Sequence[Shard], pairs: Sequence[tuple[int, int]], result: BatchResult
-) -> dict[Shard, dict[str, pa.Table]]:
-    scenario = campaign.scenario
-    distance = float(campaign.store.resolved["run"]["distance"])
-    inputs = [
-        RunInputs(campaign.speeds[case], distance / campaign.speeds[case], scenario.evaluated_length(case))
-        for case, _ in pairs
-    ]
-    return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)

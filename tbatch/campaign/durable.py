@@ -8,6 +8,7 @@ bits were read back as wrong numbers (pyarrow 26, zstd).
 import errno
 import hashlib
 import os
+import socket
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -30,7 +31,8 @@ def make_folder(path: Path) -> None:
 
 def write_bytes(path: Path, data: bytes) -> str:
     """Writes a file durably under its final name and returns its SHA-256 in hex."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY_SUFFIX}")
+    # The host, since the folder may be shared: two machines may have the same process number.
+    temporary = path.with_name(f".{path.name}.{socket.gethostname()}-{os.getpid()}{TEMPORARY_SUFFIX}")
     try:
         with open(temporary, "wb") as file:
             file.write(data)

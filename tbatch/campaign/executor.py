@@ -73,7 +73,8 @@ class Local:
     def steps_per_run(self) -> list[int]:
         """Time steps of a run of each case."""
         _, duration = self.scenario.runs([(case, 0) for case in range(len(self.scenario.speeds))])
-        return [int(np.ceil(time / self.model.step - 1e-9)) for time in np.asarray(duration)]
+        step = self.scenario.document.integration.step
+        return [int(np.ceil(time / step - 1e-9)) for time in np.asarray(duration)]
 
     def batch_limit(self, rate: float | None, steps: float) -> int:
         """How many runs to simulate together.

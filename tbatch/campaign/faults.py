@@ -34,6 +34,10 @@ class OutOfSpace(CampaignFault):
     """The disk or the memory is full; what was stored stays, and the campaign can be resumed."""
 
 
+class ClusterUnusable(CampaignFault):
+    """The workers that were to simulate cannot be had; what was stored stays, and the campaign can be resumed."""
+
+
 class Interrupted(CampaignFault):
     """Somebody asked the campaign to stop; what was stored stays, and the campaign can be resumed."""
 

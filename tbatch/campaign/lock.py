@@ -33,9 +33,26 @@ _TRIES = 5
 class FolderLock:
     """Holds a folder for this process, as a context manager. FolderInUse if another process does."""
 
-    def __init__(self, folder: Path, *, message: Callable[[str], None] | None = None) -> None:
-        """Takes the folder, which must exist, and where to say that a dead process's lock was taken over."""
-        self.path = Path(folder) / LOCK_NAME
+    def __init__(
+        self,
+        folder: Path,
+        name: str = LOCK_NAME,
+        *,
+        take_over_elsewhere: bool = False,
+        message: Callable[[str], None] | None = None,
+    ) -> None:
+        """Takes the folder, which must exist.
+
+        Args:
+            folder: The campaign folder.
+            name: The lock's file in it.
+            take_over_elsewhere: Believe the system lock about a process of another machine, as a job that a scheduler
+                starts again on another node must; for work that may be done twice without harm.
+            message: Where to say that a dead process's lock was taken over.
+        """
+        self.path = Path(folder) / name
+        self._folder = Path(folder)
+        self._elsewhere = take_over_elsewhere
         self._message = message or (lambda text: None)
         self._descriptor: int | None = None
 
@@ -91,7 +108,7 @@ class FolderLock:
         if owner is None:
             return
         here = owner.get("boot_id") == _boot_id() or owner.get("host") == socket.gethostname()
-        if not here:  # whether it lives cannot be seen from here
+        if not here and not (decided and self._elsewhere):  # whether it lives cannot be seen from here
             raise FolderInUse(f"{self._in_use(owner)} If that process is gone, delete {self.path}.")
         if not decided and _lives(owner):
             raise FolderInUse(self._in_use(owner))
@@ -99,7 +116,7 @@ class FolderLock:
 
     def _in_use(self, owner: dict[str, Any] | None) -> str:
         who = f"pid {owner.get('pid')} on host {owner.get('host')}" if owner else "another process"
-        return f"folder {self.path.parent} is in use by {who}."
+        return f"folder {self._folder} is in use by {who}."
 
     def _sign(self, descriptor: int) -> None:
         pid = os.getpid()
@@ -113,9 +130,9 @@ class FolderLock:
             raise write_fault(error, self.path, len(text)) from error
 
 
-def folder_owner(folder: Path) -> dict[str, Any] | None:
+def folder_owner(folder: Path, name: str = LOCK_NAME) -> dict[str, Any] | None:
     """Who works in the folder: pid and host; None if nobody does. Only looks."""
-    path = Path(folder) / LOCK_NAME
+    path = Path(folder) / name
     try:
         descriptor = os.open(path, os.O_RDONLY)
     except OSError:

@@ -3,6 +3,7 @@
     campaign.toml   the scenario as given          resolved.json   with every default, in SI
     manifest.json   versions, shards, checksums    lock            who works here
     runs/ wheels/ events/   one Parquet file each per shard        rrd/   recordings of the kept runs
+    quarantine/     what is known of diverged runs parts/          manifests of the parts of ``--shard i/n``
 
 Reading needs no lock. Whoever writes must hold the folder's lock.
 """
@@ -14,44 +15,43 @@ from typing import Any
 
 import pyarrow as pa
 
-from tbatch.campaign.adoption import adopt, shard_metadata
-from tbatch.campaign.durable import (
-    hash_of,
-    make_folder,
-    read_bytes,
-    read_table,
-    remove_leftovers,
-    table_bytes,
-    write_bytes,
-)
-from tbatch.campaign.faults import FolderUnusable, ScenarioChanged, StoreDamaged
-from tbatch.campaign.identity import changed_keys, identity, run_count
+from tbatch.campaign.adoption import shard_metadata
+from tbatch.campaign.durable import hash_of, read_bytes, read_table, table_bytes, write_bytes
+from tbatch.campaign.faults import FolderUnusable, StoreDamaged
+from tbatch.campaign.identity import identity, run_count
 from tbatch.campaign.manifest import MANIFEST_NAME, Manifest
-from tbatch.campaign.provenance import decisive, processor, versions
+from tbatch.campaign.part import Part, part_manifests
 from tbatch.campaign.records import KINDS
 from tbatch.campaign.shards import Shard, overlapping
 
 SCENARIO_NAME = "campaign.toml"
 RESOLVED_NAME = "resolved.json"
 RECORDINGS = "rrd"
+QUARANTINE = "quarantine"
 
 Message = Callable[[str], None]
 
 
 class Store:
-    """A campaign folder. ``open`` reads one, ``prepare`` makes one ready to be written."""
+    """A campaign folder. ``open`` reads one, ``prepare`` makes one ready to be written.
+
+    ``manifest`` is what all manifests of the folder say together, ``own`` the one that this process writes: the same,
+    but for a part.
+    """
 
     def __init__(self, folder: Path, resolved: dict[str, Any], manifest: Manifest) -> None:
         """Takes what the folder's documents say; use ``open`` or ``prepare``."""
         self.folder = folder
         self.resolved = resolved
         self.manifest = manifest
+        self.own = manifest
+        self.own_name = MANIFEST_NAME
 
     @classmethod
     def open(cls, folder: Path) -> "Store":
         """Reads a campaign folder. FolderUnusable if it is none, StoreDamaged if its documents do not fit together."""
         folder = Path(folder)
-        manifest = Manifest.read(folder)
+        manifest = read_manifests(folder)
         path = folder / RESOLVED_NAME
         if manifest is None and not path.exists():
             raise FolderUnusable(f"{folder} is not a campaign folder: it has no {RESOLVED_NAME}")
@@ -71,8 +71,16 @@ class Store:
         return cls(folder, resolved, manifest)
 
     @classmethod
-    def prepare(cls, folder: Path, source: str, resolved: Mapping[str, Any], *, message: Message) -> "Store":
-        """Makes the folder ready for a scenario's runs; the caller holds its lock.
+    def prepare(
+        cls,
+        folder: Path,
+        source: str,
+        resolved: Mapping[str, Any],
+        *,
+        message: Message,
+        part: Part | None = None,
+    ) -> "Store":
+        """Makes the folder ready for a scenario's runs; the caller holds its lock, or that of its part.
 
         A new folder is filled, an old one checked against the scenario, extended if more runs are asked for, cleaned of
         what a killed process left, and its stray shards taken over.
@@ -82,28 +90,11 @@ class Store:
             source: The scenario as given.
             resolved: The scenario resolved, as JSON holds it.
             message: Where to say what was found.
+            part: The part that is to be written; default: the whole.
         """
-        given: dict[str, Any] = json.loads(json.dumps(resolved))
-        for kind in KINDS:
-            make_folder(folder / kind)
-        for place in (folder, *(folder / kind for kind in KINDS)):
-            remove_leftovers(place)
-        if (folder / RESOLVED_NAME).exists() or (folder / MANIFEST_NAME).exists():
-            store = cls.open(folder)
-            changed = changed_keys(store.resolved, given)
-            if changed:
-                lines = "\n".join(f"  {key}: stored {old}, given {new}" for key, old, new in changed)
-                raise ScenarioChanged(
-                    f"folder {folder} holds a campaign of another scenario:\n{lines}\n"
-                    "Choose another folder with --out, or give the stored values; only more runs extend a campaign."
-                )
-        else:
-            store = cls(folder, given, Manifest(identity(given)))
-        store._write_documents(source, given)
-        store._adopt(message)
-        store._begin_session(message)
-        store.manifest.write(folder)
-        return store
+        from tbatch.campaign.preparation import prepare
+
+        return prepare(folder, source, resolved, message=message, part=part)
 
     @property
     def shards(self) -> list[Shard]:
@@ -130,27 +121,41 @@ class Store:
             seconds: Time that they took [s].
             kernel_seconds: Time of it in the batch kernels, without preparation and compilation [s].
         """
-        stored = {}
-        for shard, of_kind in tables.items():
-            files = {}
-            for kind in reversed(KINDS):  # runs/ last: a file there says that the others are whole
-                metadata = shard_metadata(self.manifest.campaign, shard, kind)
-                data = table_bytes(of_kind[kind].replace_schema_metadata(metadata))
-                sha256 = write_bytes(self.path(kind, shard), data)
-                files[kind] = {"sha256": sha256, "bytes": len(data), "rows": of_kind[kind].num_rows}
-            diverged = sum(status != 0 for status in of_kind["runs"]["status"].to_pylist())
-            stored[shard] = {
-                "runs": len(shard),
-                "diverged": diverged,
-                "session": len(self.manifest.sessions) - 1,
-                "files": files,
-            }
-        self.manifest.shards.update(stored)
-        session = self.manifest.sessions[-1]
-        session["run_steps"] += run_steps
-        session["seconds"] += seconds
-        session["kernel_seconds"] += kernel_seconds
-        self.manifest.write(self.folder)
+        campaign = self.manifest.campaign
+        entries = {shard: write_shard(self.folder, campaign, shard, of_kind) for shard, of_kind in tables.items()}
+        self.note(entries, run_steps=run_steps, seconds=seconds, kernel_seconds=kernel_seconds)
+
+    def note(
+        self,
+        entries: Mapping[Shard, Mapping[str, Any]],
+        *,
+        session: int | None = None,
+        run_steps: int = 0,
+        seconds: float = 0.0,
+        kernel_seconds: float = 0.0,
+    ) -> None:
+        """Makes shards count whose files are written: by this process, or by a worker that answers to it.
+
+        Args:
+            entries: What ``write_shard`` gave for each.
+            session: Number of the session that made them; default: the last, this process's.
+            run_steps: Time steps of all their runs.
+            seconds: Time that they took [s].
+            kernel_seconds: Time of it in the batch kernels, without preparation and compilation [s].
+        """
+        number = len(self.own.sessions) - 1 if session is None else session
+        self.own.shards.update({shard: {**entry, "session": number} for shard, entry in entries.items()})
+        made_by = self.own.sessions[number]
+        made_by["run_steps"] += run_steps
+        made_by["seconds"] += seconds
+        made_by["kernel_seconds"] += kernel_seconds
+        self.save()
+
+    def save(self) -> None:
+        """Writes the manifest of this process."""
+        if self.own is not self.manifest:
+            self.manifest.join(self.own)
+        self.own.write(self.folder, self.own_name)
 
     def table(self, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
         """All stored rows of a kind, ordered by case and sample, every file checked against the manifest."""
@@ -172,10 +177,16 @@ class Store:
         sha256 = self.manifest.shards[shard]["files"][kind]["sha256"]
         return read_table(self.path(kind, shard), sha256, columns).replace_schema_metadata(None)
 
-    def damage(self) -> list[str]:
-        """A line for each file that is missing or not what was written; empty for a sound store."""
+    def damage(self, looked_at: Callable[[Shard], bool] = lambda shard: True) -> list[str]:
+        """A line for each shard file that is missing or not what was written; empty for a sound store.
+
+        Args:
+            looked_at: Which shards to read; default: all.
+        """
         found = [f"{self.path('runs', b)}: its runs are also in {a.name}" for a, b in overlapping(self.manifest.shards)]
         for shard, entry in self.manifest.shards.items():
+            if not looked_at(shard):
+                continue
             for kind in KINDS:
                 try:
                     read_bytes(self.path(kind, shard), entry["files"][kind]["sha256"])
@@ -185,51 +196,46 @@ class Store:
 
     def note_recordings(self, recordings: Mapping[str, str]) -> None:
         """Notes the recordings of the kept runs: SHA-256 by file name."""
-        self.manifest.recordings = dict(recordings)
-        self.manifest.write(self.folder)
+        self.own.recordings = dict(recordings)
+        self.save()
 
-    def _write_documents(self, source: str, resolved: dict[str, Any]) -> None:
-        """Writes the scenario; while one is replaced, the manifest allows the old and the new."""
-        path = self.folder / SCENARIO_NAME
-        if not source:  # a scenario made from tables, such as those of resolved.json when a campaign is resumed
-            source = path.read_text() if path.exists() else f"# made from tables, see {RESOLVED_NAME}\n"
-        texts = {SCENARIO_NAME: source.encode(), RESOLVED_NAME: json.dumps(resolved, indent=1).encode()}
-        new = {name: [hash_of(data)] for name, data in texts.items()}
-        if self.manifest.documents == new:
-            return
-        if self.manifest.documents:
-            old = self.manifest.documents
-            self.manifest.documents = {name: [*new[name], *old.get(name, [])] for name in new}
-            self.manifest.write(self.folder)
-        for name, data in texts.items():
-            write_bytes(self.folder / name, data)
-        self.manifest.documents = new
-        self.resolved = resolved
+    def note_quarantine(self, files: Mapping[str, str]) -> None:
+        """Notes files about diverged runs: SHA-256 by file name."""
+        self.own.quarantine.update(files)
+        self.save()
 
-    def _adopt(self, message: Message) -> None:
-        """Drops shards whose files are gone, takes over whole ones that no manifest names, refuses damaged ones."""
-        for shard in list(self.manifest.shards):
-            gone = [str(path) for kind in KINDS if not (path := self.path(kind, shard)).exists()]
-            if gone:
-                del self.manifest.shards[shard]
-                message(f"missing, its runs are redone: {', '.join(gone)}")
-        damage = self.damage()
-        if damage:
-            raise StoreDamaged(damage)
-        session = len(self.manifest.sessions) - 1
-        for shard, entry in adopt(self.folder, self.manifest.campaign, self.manifest.shards, message).items():
-            self.manifest.shards[shard] = {**entry, "session": session if session >= 0 else None}
 
-    def _begin_session(self, message: Message) -> None:
-        made_by = versions()
-        for session in self.manifest.sessions[-1:]:
-            before, now = decisive(session["versions"]), decisive(made_by)
-            differing = [f"{name} {before[name]} -> {now[name]}" for name in now if before[name] != now[name]]
-            if differing:
-                message(f"made by other versions so far ({', '.join(differing)}): runs may differ in their last bits")
-        self.manifest.sessions.append(
-            {"versions": made_by, "processor": processor(), "run_steps": 0, "seconds": 0.0, "kernel_seconds": 0.0}
-        )
+def read_manifests(folder: Path) -> Manifest | None:
+    """What the manifests of a campaign folder say, its parts' included; None where there is none."""
+    # The parts first: a process that joins them writes what they say before it removes them.
+    of_parts = [(path, Manifest.read(folder, f"{path.parent.name}/{path.name}")) for path in part_manifests(folder)]
+    manifest = Manifest.read(folder)
+    for path, of_part in of_parts:
+        if of_part is None:
+            continue
+        manifest = manifest or Manifest(of_part.campaign)
+        if of_part.campaign != manifest.campaign:
+            raise StoreDamaged(f"{path}: the manifest of another campaign")
+        manifest.join(of_part)
+    return manifest
+
+
+def write_shard(folder: Path, campaign: str, shard: Shard, tables: Mapping[str, pa.Table]) -> dict[str, Any]:
+    """Writes a shard's files and gives its entry in the manifest, which alone makes it count.
+
+    Args:
+        folder: The campaign folder.
+        campaign: Identity of the campaign.
+        shard: The shard.
+        tables: A table of each kind.
+    """
+    files = {}
+    for kind in reversed(KINDS):  # runs/ last: a file there says that the others are whole
+        data = table_bytes(tables[kind].replace_schema_metadata(shard_metadata(campaign, shard, kind)))
+        sha256 = write_bytes(folder / kind / f"{shard.name}.parquet", data)
+        files[kind] = {"sha256": sha256, "bytes": len(data), "rows": tables[kind].num_rows}
+    diverged = sum(status != 0 for status in tables["runs"]["status"].to_pylist())
+    return {"runs": len(shard), "diverged": diverged, "files": files}
 
 
 def _document_damage(folder: Path, manifest: Manifest) -> list[str]:

@@ -7,9 +7,9 @@ which exit code each one gives.
 import json
 import os
 import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from enum import StrEnum
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,14 +21,8 @@ from tbatch.cli import exit_codes
 from tbatch.cli.methods_command import methods
 
 if TYPE_CHECKING:
+    from tbatch.campaign.part import Part
     from tbatch.scenario import Scenario
-
-_LATER = {
-    "merge": "join the folders of several machines",
-    "report": "one HTML page with plots",
-    "check": "the scenario's limits as pass or fail",
-    "verify": "check every file of a campaign folder",
-}
 
 
 class Listed(StrEnum):
@@ -65,6 +59,7 @@ app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=F
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="A campaign folder.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads; default: the cores this process may use.")]
+ExecutorName = Annotated[str, typer.Option("--executor", metavar="local|dask://HOST:PORT", help="Where to simulate.")]
 RunId = Annotated[str, typer.Option("--run", metavar="ID", help="A run, such as c03-s000127.")]
 AsJson = Annotated[bool, typer.Option("--json", help="As JSON, in SI units.")]
 
@@ -107,20 +102,19 @@ def run(
     keep: Annotated[str | None, typer.Option(help="Runs to record: worst:3, none, or ids.")] = None,
     threads: Threads = None,
     arch: Annotated[str, typer.Option(help="Processor: cpu.")] = "cpu",
-    executor: Annotated[str, typer.Option(hidden=True)] = "local",
-    shard: Annotated[str | None, typer.Option(hidden=True)] = None,
+    executor: ExecutorName = "local",
+    shard: Annotated[
+        str | None, typer.Option(metavar="I/N", help="Only part i of n, i from 0; join the parts with 'tbatch merge'.")
+    ] = None,
     live: Annotated[bool, typer.Option(hidden=True)] = False,
     serve: Annotated[bool, typer.Option(hidden=True)] = False,
-    dry_run: Annotated[bool, typer.Option(hidden=True)] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Estimate time, memory and disk; run nothing.")] = False,
 ) -> None:
     """Run a scenario's campaign, or what is missing of it, and print its separation statistics."""
     for name, asked in {
         "--arch other than cpu": arch != "cpu",
-        "--executor other than local": executor != "local",
-        "--shard": shard is not None,
         "--live": live,
         "--serve": serve,
-        "--dry-run": dry_run,
     }.items():
         if asked:
             _not_yet(name)
@@ -130,15 +124,22 @@ def run(
     overrides += [f"campaign.runs={runs}"] if runs is not None else []
     overrides += [f"campaign.seed={seed}"] if seed is not None else []
     overrides += [f"keep.timelines={_kept(keep)}"] if keep is not None else []
-    _carry_out(Scenario.load(scenario, overrides=overrides), out, threads)
+    loaded = Scenario.load(scenario, overrides=overrides)
+    if dry_run:
+        from tbatch.campaign.estimate import estimate, estimate_text
+
+        folder = out or Path("results") / loaded.name
+        print(estimate_text(estimate(loaded, folder, threads=threads, part=_part(shard)), folder))
+        return
+    _carry_out(loaded, out, threads, executor, shard)
 
 
 @app.command()
-def resume(folder: Folder, threads: Threads = None) -> None:
+def resume(folder: Folder, threads: Threads = None, executor: ExecutorName = "local") -> None:
     """Go on with an interrupted campaign."""
     from tbatch.campaign.campaign import Campaign
 
-    _carry_out(Campaign.open(folder).scenario, folder, threads)
+    _carry_out(Campaign.open(folder).scenario, folder, threads, executor)
 
 
 @app.command()
@@ -155,13 +156,63 @@ def status(folder: Folder) -> None:
 
 
 @app.command()
-def stats(folder: Folder, as_json: AsJson = False) -> None:
+def stats(
+    folder: Folder,
+    as_json: AsJson = False,
+    every: Annotated[bool, typer.Option("--all", help="Every estimate, not the separations alone.")] = False,
+) -> None:
     """Print separation statistics with confidence intervals."""
     from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.estimate_tables import estimates_document, estimates_text
     from tbatch.campaign.summary import summary_document, summary_text
 
     campaign = Campaign.open(folder)
-    print(json.dumps(summary_document(campaign), indent=1) if as_json else summary_text(campaign))
+    if as_json:
+        document = summary_document(campaign)
+        print(json.dumps({**document, "estimates": estimates_document(campaign)} if every else document, indent=1))
+    else:
+        print(estimates_text(campaign) if every else summary_text(campaign))
+
+
+@app.command()
+def check(
+    folder: Folder,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write JUnit XML, for CI.")] = None,
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a limit, such as limits.diverged.max=3."),
+    ] = None,
+) -> None:
+    """Judge a campaign by its scenario's [limits]: exit 0 if all are kept, 1 if not."""
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.limits import judge, stored_limits
+    from tbatch.cli.gate import report_verdicts
+
+    campaign = Campaign.open(folder)
+    verdicts = judge(campaign, stored_limits(campaign, change or ()))
+    report_verdicts(campaign, verdicts, junit)
+    if not all(verdict.passed for verdict in verdicts):
+        raise typer.Exit(exit_codes.LIMIT_EXCEEDED)
+
+
+@app.command()
+def report(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write; default DIR/report.")] = None,
+    histories: Annotated[bool, typer.Option(help="Simulate a worst and a median run again and draw them.")] = True,
+    threads: Threads = None,
+) -> None:
+    """Write one self-contained HTML page with plots, and the CSV behind each plot."""
+    from tbatch.campaign.campaign import Campaign
+
+    if find_spec("matplotlib") is None:
+        say("a report needs matplotlib: pip install 'tbatch[report]'")
+        raise typer.Exit(exit_codes.BAD_USAGE)
+    campaign = Campaign.open(folder, threads=threads)
+    from tbatch.view.report import write_report
+
+    path = write_report(campaign, out or folder / "report", histories=histories)
+    say(f"wrote {path} and the numbers behind its figures beside it")
 
 
 @app.command()
@@ -236,29 +287,20 @@ def _not_yet(what: str) -> None:
     raise typer.Exit(exit_codes.BAD_USAGE)
 
 
-def _later(name: str, what: str) -> Callable[[], None]:
-    def command() -> None:
-        _not_yet(f"tbatch {name}")
-
-    command.__doc__ = f"Not yet: {what}."
-    return command
-
-
-for _name, _what in _LATER.items():
-    app.command(_name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
-        _later(_name, _what)
-    )
-
-
-def _carry_out(scenario: "Scenario", folder: Path | None, threads: int | None) -> None:
+def _carry_out(
+    scenario: "Scenario", folder: Path | None, threads: int | None, executor: str = "local", shard: str | None = None
+) -> None:
     """Runs what is missing, prints what there is, and judges it."""
     from tbatch.campaign.campaign import run as run_campaign
+    from tbatch.campaign.cluster import Dask
     from tbatch.campaign.progress import Progress
-    from tbatch.campaign.summary import summary_text
+    from tbatch.campaign.summary import status_text, summary_text
     from tbatch.cli.interruption import Interruption
     from tbatch.view.kept import write_kept
     from tbatch.view.progress import ProgressDisplay
 
+    part = _part(shard)
+    cluster = Dask(executor) if executor != "local" else None
     folder = folder or Path("results") / scenario.name
     for warning in scenario.warnings:
         say(f"warning: {warning}")
@@ -277,12 +319,25 @@ def _carry_out(scenario: "Scenario", folder: Path | None, threads: int | None) -
             interruption.check()
 
         campaign = run_campaign(
-            scenario, out=folder, threads=threads, progress=show, message=display.message, recorder=write_kept
+            scenario,
+            out=folder,
+            threads=threads,
+            progress=show,
+            message=display.message,
+            recorder=write_kept,
+            cluster=cluster,
+            part=part,
         )
-    print(summary_text(campaign))
+    print(summary_text(campaign) if part is None else f"part {part} is stored; {status_text(campaign, [])}")
     if campaign.diverged > scenario.limits_diverged:
         say(f"{campaign.diverged} runs diverged, limits.diverged allows {scenario.limits_diverged}")
         raise typer.Exit(exit_codes.TOO_MANY_DIVERGED)
+
+
+def _part(text: str | None) -> "Part | None":
+    from tbatch.campaign.part import Part
+
+    return None if text is None else Part.parse(text)
 
 
 def _kept(text: str) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tbatch.campaign import faults
 
+LIMIT_EXCEEDED = 1
 BAD_USAGE = 2
 TOO_MANY_DIVERGED = 3
 DAMAGED_STORE = 4
@@ -19,6 +20,7 @@ BROKEN_PIPE = 141
 _OF_FAULT: dict[type[faults.CampaignFault], int] = {
     faults.FolderInUse: FOLDER_IN_USE,
     faults.FolderUnusable: BAD_USAGE,
+    faults.ClusterUnusable: BAD_USAGE,
     faults.ScenarioChanged: BAD_USAGE,
     faults.StoreDamaged: DAMAGED_STORE,
     faults.OutOfSpace: OUT_OF_SPACE,

@@ -1,11 +1,13 @@
 """The [speed], [run] and [integration] tables: where a run begins and ends, how fast it goes and in which steps."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from tbatch.scenario.distribution import PlainTable, median, read_distribution
 from tbatch.scenario.errors import Findings
 from tbatch.scenario.fields import Quantity, Word, refuse
 from tbatch.scenario.section import Section
@@ -27,13 +29,51 @@ def _no_speed_twice(speeds: tuple[float, ...]) -> tuple[float, ...]:
     return speeds
 
 
+class DistributionTable(PlainTable):
+    """A distribution, read once the whole table is."""
+
+    def accepts(self, context: Mapping[str, Any] | None) -> str:
+        """Return an example."""
+        return '{ kind = "normal", mean = "300 km/h", std = "10 km/h" }'
+
+
 class Speed(Section):
-    """The speeds: each is a case of the campaign."""
+    """The speeds: each is a case of the campaign; or one case whose samples have speeds of a distribution."""
 
     values: Annotated[
         tuple[Annotated[float, _SPEED], ...], Field(min_length=1, max_length=1000), AfterValidator(_no_speed_twice)
-    ]
-    """Speeds [m/s], each once."""
+    ] = ()
+    """Speeds [m/s], each once; of a distribution its median, filled in."""
+    distribution: Annotated[dict[str, Any] | None, DistributionTable()] = None
+    """Distribution of the speed, instead of values."""
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Slowest and fastest speed that a run may have [m/s]."""
+        if self.distribution is not None:
+            return float(self.distribution["low"]), float(self.distribution["high"])
+        return min(self.values), max(self.values)
+
+
+def complete_speed(section: Speed, findings: Findings) -> Speed:
+    """Return the table with its distribution in SI, and its median as the one speed.
+
+    Args:
+        section: The table as read.
+        findings: Takes what is missing or contradicts itself.
+    """
+    if section.distribution is None:
+        if not section.values:
+            findings.refuse(("speed", "values"), "is missing", accepted='such as ["200 km/h"], or a distribution')
+        return section
+    numbers = read_distribution(section.distribution, _SPEED, ("speed", "distribution"), findings)
+    if numbers is None:
+        return section
+    middle = (median(numbers),)
+    if section.values not in ((), middle):
+        accepted = "either values or a distribution"
+        findings.refuse(("speed", "values"), "stands beside a distribution", value=section.values, accepted=accepted)
+    return section.model_copy(update={"distribution": numbers, "values": middle})
 
 
 class RunSection(Section):

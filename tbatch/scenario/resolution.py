@@ -35,7 +35,7 @@ def resolutions_of(
         # Between its points a level is a smooth curve; two spacings are the shortest wave that it can hold.
         waves.append(2.0 * float((level.x[1:] - level.x[:-1]).min()))
     flats = tuple(defect.length for defect in irregularity.defect)
-    return resolutions(vehicle, rest, max(document.speed.values), flats=flats, waves=tuple(waves))
+    return resolutions(vehicle, rest, max(document.speed.range), flats=flats, waves=tuple(waves))
 
 
 def warn_of_step(document: Document, level: MeasuredLevel | None, findings: Findings) -> None:

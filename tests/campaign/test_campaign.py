@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from toy import STEPS, ToyExecutor, ToyScenario, contents
+from toy import STEPS, STOPPED, ToyExecutor, ToyScenario, contents
 
 from tbatch.campaign import durable
 from tbatch.campaign.campaign import Campaign, run
@@ -51,7 +51,7 @@ def test_every_run_is_stored_once_with_its_inputs(tmp_path):
         "speed": 100.0,
         "seed": 7,
         "status": 1,
-        "steps": STEPS,
+        "steps": STOPPED,
         "duration": 0.5,
         "evaluated_length": 45.0,
     }

@@ -13,6 +13,7 @@ from tbatch.scenario.keep import Keep
 
 WHEELS = 2
 STEPS = 1000
+STOPPED = 400  # step of a run that diverges
 
 
 @dataclass
@@ -43,6 +44,10 @@ class ToyScenario:
             "integration": {"step": self.step},
             "irregularity": {"defect": [{"kind": "flat", "depth": 1e-3}]},
         }
+
+    def varied(self, sample: int) -> dict[str, float]:
+        """What differs from sample to sample."""
+        return {}
 
     def evaluated_length(self, case: int) -> float:
         """Length over which wheel 1 counts [m]."""
@@ -102,7 +107,9 @@ class ToyExecutor:
         schema = pa.schema([("run", pa.int32()), ("wheel", pa.int32()), ("start", pa.float64()), ("end", pa.float64())])
         return SimpleNamespace(
             status=np.array([int(pair in self.diverging) for pair in pairs]),
-            steps=np.full(len(pairs), STEPS),
+            steps=np.array([STOPPED if pair in self.diverging else STEPS for pair in pairs]),
+            time=np.arange(STEPS + 1) * self.scenario.step,
+            channels={"contact_force": np.full((len(pairs), STEPS + 1, WHEELS), 5e4)} if save else {},
             run_steps_per_second=1e6,
             summary=pa.Table.from_pylist(wheel_rows),
             separations=pa.Table.from_pylist(events, schema=schema),

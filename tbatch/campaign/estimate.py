@@ -1,0 +1,179 @@
+"""What a campaign will take, ``tbatch run --dry-run``: time, memory and disk, from a short trial of its first batch.
+
+Nothing is written: the trial steps the first batch for about a second with the campaign's own model and kernels.
+"""
+
+import resource
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tbatch.campaign.durable import table_bytes
+from tbatch.campaign.executor import Local
+from tbatch.campaign.part import Part
+from tbatch.campaign.preparation import refuse_if_changed
+from tbatch.campaign.recordings import RECORDED_TOGETHER
+from tbatch.campaign.records import tables_of
+from tbatch.campaign.shards import Shard, missing_shards, take_batch
+from tbatch.campaign.store import RESOLVED_NAME, Store
+
+if TYPE_CHECKING:
+    from tbatch.scenario import Scenario
+
+TRIAL_RUN_STEPS = 400_000  # about a second on one core
+VIEWER_LIBRARY = 120e6  # resident bytes of the recording library (rerun 0.41)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What is to be done and what it takes."""
+
+    runs_planned: int
+    runs: int
+    """Runs still to be simulated."""
+    shards: int
+    run_steps: int
+    threads: int
+    batch: int
+    """Most runs simulated together."""
+    run_steps_per_second: float
+    seconds: float
+    """Time until all is stored [s]."""
+    memory: float
+    """Largest resident memory [bytes]."""
+    disk: float
+    """Size of the tables [bytes]."""
+
+
+def estimate(scenario: "Scenario", folder: Path, *, threads: int | None = None, part: Part | None = None) -> Estimate:
+    """Estimates what is missing of a campaign.
+
+    Args:
+        scenario: The scenario.
+        folder: Its folder, which need not exist.
+        threads: Threads to use; default: the cores that this process may use.
+        part: The part that is to be run; default: all.
+
+    Raises:
+        ScenarioChanged: The folder holds another campaign.
+    """
+    stored: list[Shard] = []
+    if (folder / RESOLVED_NAME).exists():
+        store = Store.open(folder)
+        refuse_if_changed(folder, store.resolved, scenario.resolved())
+        stored = store.shards
+    cases = len(scenario.speeds)
+    missing = missing_shards(cases, scenario.samples, stored)
+    missing = [shard for shard in missing if part is None or part.holds(shard, cases)]
+    executor = Local(scenario, threads=threads)
+    steps = executor.steps_per_run()
+    run_steps = sum(len(shard) * steps[shard.case] for shard in missing)
+    runs = sum(map(len, missing))
+    if not missing:
+        return Estimate(cases * scenario.samples, 0, 0, 0, executor.threads, 0, 0.0, 0.0, 0.0, 0.0)
+    began = time.perf_counter()
+    trial = _trial(executor, missing, run_steps / runs)
+    start = time.perf_counter() - began - trial.seconds
+    batch = min(executor.batch_limit(trial.rate, run_steps / runs), runs)
+    per_run = _bytes_per_run(executor)
+    memory = _peak() + max(0, batch - trial.runs) * per_run
+    if scenario.keep.worst or scenario.keep.runs:
+        memory += VIEWER_LIBRARY + RECORDED_TOGETHER * _history_bytes(executor, max(steps))
+    return Estimate(
+        runs_planned=cases * scenario.samples,
+        runs=runs,
+        shards=len(missing),
+        run_steps=run_steps,
+        threads=executor.threads,
+        batch=batch,
+        run_steps_per_second=trial.rate,
+        seconds=start + run_steps / trial.rate + runs * trial.preparation,
+        memory=memory,
+        disk=runs * trial.disk,
+    )
+
+
+def estimate_text(found: Estimate, folder: Path) -> str:
+    """An estimate for people."""
+    if not found.runs:
+        return f"nothing to do: all {found.runs_planned} runs are stored in {folder}"
+    lines = [
+        f"{found.runs} of {found.runs_planned} runs to do, in {found.shards} shards; {found.run_steps:,} run-steps",
+        f"time    about {_duration(found.seconds)} on {found.threads} threads of this machine, at "
+        f"{found.run_steps_per_second:,.0f} run-steps/s, without recordings",
+        f"memory  about {found.memory / 1e6:,.0f} MB, {found.batch} runs together",
+        f"disk    about {found.disk / 1e6:,.1f} MB of tables in {folder}",
+        "nothing was written (--dry-run)",
+    ]
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    runs: int
+    rate: float
+    """Run-steps per second of the kernels."""
+    preparation: float
+    """Time a run beside the kernels [s]."""
+    seconds: float
+    disk: float
+    """Bytes a run."""
+
+
+def _trial(executor: Local, missing: Sequence[Shard], steps_a_run: float) -> _Trial:
+    """Steps the first batch for a while."""
+    from tbatch.engine.simulate import simulate
+
+    scenario, model = executor.scenario, executor.model
+    batch = take_batch(missing, executor.batch_limit(None, steps_a_run))
+    pairs = [pair for shard in batch for pair in shard.pairs]
+    step = scenario.document.integration.step
+
+    def timed(steps: int) -> tuple[object, float, float]:
+        began = time.perf_counter()
+        runs, duration = scenario.runs(pairs)
+        result = simulate(model, runs, np.minimum(duration, steps * step), threads=executor.threads)
+        return result, time.perf_counter() - began, float(np.sum(result.steps))
+
+    timed(1)  # compiles
+    _, few_seconds, few_steps = timed(8)
+    result, seconds, steps = timed(8 + max(8, TRIAL_RUN_STEPS * executor.threads // len(pairs)))
+    rate = max(steps - few_steps, 1.0) / max(seconds - few_seconds, 1e-6)
+    tables = tables_of(scenario, batch, result)  # type: ignore[arg-type]
+    size = sum(len(table_bytes(table)) for of_kind in tables.values() for table in of_kind.values())
+    return _Trial(len(pairs), rate, max(0.0, few_seconds - few_steps / rate) / len(pairs), seconds, size / len(pairs))
+
+
+def _bytes_per_run(executor: Local) -> float:
+    from tbatch.engine.simulate import bytes_per_run
+
+    scenario = executor.scenario
+    runs, duration = scenario.runs([(0, 0)])
+    low = float(runs.start[0] - executor.model.vehicle.wheel_offsets.max())
+    profile = scenario.irregularity(0).profile(low, float(runs.start[0] + runs.speed[0] * duration[0]))
+    return bytes_per_run(executor.model, profile.coefficient.nbytes)
+
+
+def _history_bytes(executor: Local, steps: int) -> float:
+    """Histories of a kept run [bytes], roughly: a row a sample, the rail and the bodies."""
+    model = executor.model
+    every = float(executor.scenario.keep.every or model.step)
+    width = 4 * model.vehicle.wheel_count + 2 * model.vehicle.dof_count
+    return 8.0 * width * steps * model.step / every
+
+
+def _peak() -> float:
+    """Largest resident memory of this process so far [bytes]."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(peak) * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"
