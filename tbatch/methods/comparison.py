@@ -111,7 +111,8 @@ def compare(
         progress: Told what is being run.
 
     Raises:
-        ValueError: If a method is unknown or a step is no whole multiple of the reference's.
+        ValueError: If a method is unknown, a step is no whole multiple of the shortest, or that one none of twice the
+            reference's.
     """
     unknown = [name for name in methods if name not in METHODS]
     if unknown:
@@ -122,6 +123,11 @@ def compare(
     for step in ladder:
         if abs(step / sampled - round(step / sampled)) > 1e-6:
             raise ValueError(f"steps: {step:g} s is no whole multiple of the shortest, {sampled:g} s")
+    if abs(sampled / (2.0 * fine) - round(sampled / (2.0 * fine))) > 1e-6 or fine > 0.5 * sampled:
+        raise ValueError(
+            f"reference_step = {fine:g} s: the shortest step, {sampled:g} s, must be a whole multiple of twice it, "
+            "so that the reference can be checked with half as many steps"
+        )
     references: dict[str, Result] = {}
     for law in ("own", "linear"):
         if law == "linear" and case.contact(law) == case.contact("own"):

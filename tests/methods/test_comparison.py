@@ -121,3 +121,5 @@ def test_unknown_methods_and_steps_that_do_not_fit_are_refused() -> None:
         compare(case("rigid"), methods=("Runge-Kutta",))
     with pytest.raises(ValueError, match="whole multiple"):
         compare(case("rigid"), steps=(1e-4, 7e-5))
+    with pytest.raises(ValueError, match="reference_step"):
+        compare(case("rigid"), steps=(1e-4,), reference_step=2e-5)
