@@ -1,9 +1,9 @@
 """When a speed has runs enough: ``campaign.stop``, asked only at fixed numbers of runs.
 
-The looks are multiples of the shard size, further apart as the runs grow: every 64 runs up to 1,024, then in steps of up
-to an eighth of what there is. At a look a speed stops or goes on by what its samples from 0 up to there say, and by nothing else:
-neither the machine, nor the batches, nor an interruption, nor the other speeds. Looking often widens the chance that an
-interval misses the truth a little; the printed ones are those of a number of runs fixed beforehand.
+The looks are multiples of the shard size, further apart as the runs grow: every 64 runs up to 1,024, then in steps of
+up to an eighth of what there is. At a look a speed stops or goes on by what its samples from 0 up to there say, and by
+nothing else: neither the machine, nor the batches, nor an interruption, nor the other speeds. Looking often widens the
+chance that an interval misses the truth a little; the printed ones are those of a number of runs fixed beforehand.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
