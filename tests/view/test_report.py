@@ -142,3 +142,12 @@ def test_a_browser_shows_the_page(folder, tmp_path):
     pixels = np.asarray(Image.open(shot).convert("L"), float)
     assert (pixels < 200).mean() > 0.005  # ink
     assert (pixels > 250).mean() > 0.5  # paper
+
+
+def test_a_run_without_any_separation_has_a_report_too(tmp_path):
+    short = ["run.distance=6 m", "run.evaluate_from=1 m", 'keep.timelines="none"']
+    campaign = run(Scenario.load("smooth_track", overrides=short), out=tmp_path / "smooth")
+    page = write_report(campaign, tmp_path / "report", histories=False).read_text(encoding="utf-8")
+    assert len(figures(page)) >= 10
+    for svg in figures(page):
+        ElementTree.fromstring(svg)

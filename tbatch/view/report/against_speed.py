@@ -66,7 +66,7 @@ def by_wheelset(
                 axes.plot([at], [upper], marker="_", color=style["color"], markersize=6)
         axes.set_yscale("log")
         axes.set_ylim(bottom=bottom)
-        axes.set_xlabel("speed [km/h]")
+        _mark_speeds(axes, speeds)
         axes.set_ylabel(axis)
         axes.legend(ncols=len(wheels), loc="lower center", bbox_to_anchor=(0.5, 1.0))
         svg = svg_of(figure, picture, title)
@@ -113,8 +113,10 @@ def by_estimate(
                 if math.isinf(one.high) or math.isinf(one.low):
                     axes.plot([at], [one.value], marker=2 if math.isinf(one.high) else 3, color=style["color"], ms=7)
         if log:
+            numbers = [end for one in table.values() for name in names if name in one for end in _ends(one[name])]
             axes.set_yscale("log")
-        axes.set_xlabel("speed [km/h]")
+            axes.set_ylim(log_bottom(min(numbers, default=0.1)), 2.0 * max(numbers, default=1.0))
+        _mark_speeds(axes, speeds)
         axes.set_ylabel(axis)
         axes.legend(ncols=len(names), loc="lower center", bbox_to_anchor=(0.5, 1.0))
         svg = svg_of(figure, picture, title)
@@ -123,3 +125,17 @@ def by_estimate(
 
 def _smallest_gap(speeds: Sequence[float]) -> float:
     return float(np.min(np.diff(np.sort(speeds)))) if len(speeds) > 1 else 5.0
+
+
+def _ends(one: Estimate) -> list[float]:
+    """The estimate, or the upper end of its interval where none was seen."""
+    return [number for number in (one.value, one.high) if math.isfinite(number) and number > 0.0]
+
+
+def _mark_speeds(axes: Any, speeds: Sequence[float]) -> None:
+    """Ticks at the speeds themselves, as long as they can be read: points stand beside one another around them."""
+    if len(speeds) <= 15:
+        axes.set_xticks([KMH * speed for speed in speeds], [f"{KMH * speed:.4g}" for speed in speeds])
+    if len(speeds) == 1:
+        axes.set_xlim(KMH * speeds[0] - 5.0, KMH * speeds[0] + 5.0)
+    axes.set_xlabel("speed [km/h]")

@@ -47,8 +47,9 @@ def _panels(
             axes.set_yscale("log")
             axes.set_xlabel(abscissa)
             values = [row[3] for row in rows if row[3] > 0.0]
-            if values:
-                axes.set_ylim(0.5 * min(values), 2.0 * max(values))
+            axes.set_ylim((0.5 * min(values), 2.0 * max(values)) if values else (0.1, 1.0))
+            if not values:
+                axes.annotate("none", (0.5, 0.5), xycoords="axes fraction", ha="center")
         grid[0][0].set_ylabel(ordinate)
         handles, labels = grid[0][0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=5)

@@ -145,19 +145,19 @@ def every(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) -> st
 
 def fits(found: Sequence[ExtremeFit]) -> str:
     """Parameters, goodness and return values of extreme value fits."""
-    titles = ["fit", "blocks", "shape", "location", "scale", "K-S distance", "p"]
-    titles += [f"one in {runs:g}" for runs, *_ in found[0].return_values] + ["remark"]
+    titles = ["fit", "remark", "blocks", "shape", "location", "scale", "K-S distance", "p"]
+    titles += [f"one in {runs:g}" for runs, *_ in found[0].return_values]
     rows = [
         [
             fit.family,
+            fit.warning or "fits",
             str(fit.blocks),
             *(f"{number:.3g}" for number in (fit.shape, fit.location, fit.scale, fit.distance, fit.p_value)),
             *(f"{value:.3g}\n{low:.3g} to {high:.3g}" for _, value, low, high in fit.return_values),
-            fit.warning or "-",
         ]
         for fit in found
     ]
-    return table_html(titles, rows, text=1)
+    return table_html(titles, rows, text=2)
 
 
 def speed_pictures(found: Table, speeds: Sequence[float], wheels: Sequence[int]) -> list[Picture]:
