@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from tbatch import methods
     from tbatch.campaign.campaign import Campaign, run
     from tbatch.engine.model import Model
     from tbatch.engine.result import Result
@@ -32,6 +33,7 @@ __all__ = [
     "State",
     "Track",
     "Vehicle",
+    "methods",
     "run",
     "simulate",
 ]
@@ -54,6 +56,8 @@ _HOME = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "methods":
+        return import_module("tbatch.methods")
     if name not in _HOME:
         raise AttributeError(f"module 'tbatch' has no attribute {name!r}")
     value = getattr(import_module(_HOME[name]), name)
@@ -62,4 +66,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+    return sorted({*globals(), *_HOME, "methods"})

@@ -104,6 +104,42 @@ def test_status_tells_a_sound_folder_from_a_damaged_one(folder, tmp_path):
         assert damaged.name in done.stdout + done.stderr
 
 
+def test_check_leaves_with_1_and_tells_ci_where_a_limit_is_exceeded(folder, tmp_path, monkeypatch):
+    for name in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"):
+        monkeypatch.delenv(name, raising=False)
+    done = tbatch("check", folder)
+    assert done.returncode == 0
+    assert "::" not in done.stdout
+    summary = tmp_path / "summary.md"
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(summary))
+    junit = tmp_path / "reports" / "junit.xml"
+    done = tbatch("check", folder, "--junit", junit, "--set", 'limits."contact_force.max".max="1 kN"')
+    assert done.returncode == 1
+    assert done.stdout.count("::error title=quick%3A contact_force.max") == 8
+    assert 'failures="8"' in junit.read_text(encoding="utf-8")
+    assert "8 limits exceeded" in summary.read_text(encoding="utf-8")
+    assert tbatch("check", folder, "--set", "limits.nonsense.max=1").returncode == 2
+
+
+def test_report_writes_a_page_and_its_numbers(folder, tmp_path, monkeypatch):
+    done = tbatch("report", folder, "--out", tmp_path, "--no-histories")
+    assert done.returncode == 0
+    assert (tmp_path / "index.html").stat().st_size > 100_000
+    assert (tmp_path / "csv" / "separation_probability.csv").exists()
+    monkeypatch.setattr("tbatch.cli.commands.find_spec", lambda name: None)
+    done = tbatch("report", folder)
+    assert done.returncode == 2
+    assert "pip install 'tbatch[report]'" in done.stderr
+
+
+def test_stats_all_gives_every_estimate_with_its_interval(folder):
+    document = json.loads(tbatch("stats", folder, "--json", "--all").stdout)
+    places = {(row["speed"], row["wheel"]) for row in document["estimates"]}
+    assert len(places) == 1 + 2 * 5
+    assert "load_ratio.max.p99.85" in tbatch("stats", folder, "--all").stdout
+
+
 def test_replay_gives_the_stored_run_bit_for_bit_and_a_recording(folder, tmp_path):
     file = tmp_path / "run.rrd"
     done = tbatch("replay", folder, "--run", "c01-s000002", "--rrd", file)
@@ -166,9 +202,6 @@ def test_all_errors_of_a_scenario_are_said_at_once():
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["report", "x"],
-        ["check", "x", "--junit", "y"],
-        ["methods", "quick"],
         ["run", "quick", "--live"],
         ["run", "quick", "--serve"],
         ["run", "quick", "--arch", "cuda"],
@@ -195,6 +228,20 @@ def test_bad_usage_leaves_with_2_and_a_message(arguments, said):
     done = tbatch(*arguments)
     assert done.returncode == 2
     assert said in done.stderr
+
+
+def test_methods_prints_saves_and_draws_a_comparison(tmp_path):
+    short = ["--set", "track.length=60 m", "--set", "run.start=20 m", "--set", "run.distance=3 m",
+             "--set", "run.evaluate_from=1 m"]  # fmt: skip
+    done = tbatch("methods", "smooth_track", *short, "--steps", "1 ms, 1e-4", "--out", tmp_path / "m")
+    assert done.returncode == 0
+    for method in ("two-step", "NML", "NMN", "APL"):
+        assert method in done.stdout
+    assert "half-period" in done.stdout
+    names = {path.name for path in (tmp_path / "m").iterdir()}
+    assert {"methods.json", "methods.csv", "work_precision.png", "responses_1000us.png"} <= names
+    for wrong in ("0.1 parsecs", "1", "soon"):
+        assert tbatch("methods", "smooth_track", "--steps", wrong).returncode == 2
 
 
 def test_list_and_schema_say_what_can_be_written():

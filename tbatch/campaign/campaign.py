@@ -15,6 +15,7 @@ import pyarrow as pa
 
 from tbatch.campaign.cluster import Cluster
 from tbatch.campaign.durable import make_folder
+from tbatch.campaign.estimates import ALL_SPEEDS, ANY_WHEELSET, Estimate, Records, estimates
 from tbatch.campaign.executor import Executor, Local
 from tbatch.campaign.identity import run_count
 from tbatch.campaign.keep import worst_runs
@@ -26,6 +27,7 @@ from tbatch.campaign.records import BatchResult, tables_of
 from tbatch.campaign.sameness import differing_columns, rows_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.statistics import RUN_COLUMNS, WHEEL_COLUMNS, separation_statistics
+from tbatch.campaign.stopping import TALLY_COLUMNS, StopRule, Tally, tally
 from tbatch.campaign.store import SCENARIO_NAME, Message, Store
 from tbatch.scenario.run_name import parse_run_name, run_name
 
@@ -62,6 +64,7 @@ class Campaign:
         self._scenario = scenario
         self._executor = executor
         self._threads = threads
+        self._tallies: dict[Shard, Tally] = {}
 
     @classmethod
     def open(cls, folder: Path | str, *, threads: int | None = None) -> "Campaign":
@@ -99,13 +102,37 @@ class Campaign:
 
     @property
     def samples(self) -> int:
-        """Samples per speed."""
+        """Samples per speed; at least, with a rule to stop."""
         return run_count(self.store.resolved)
+
+    @property
+    def planned(self) -> tuple[int, ...]:
+        """Samples that each speed is to have: the scenario's, or as far as its rule to stop tells by now."""
+        rule = StopRule.of(self.store.resolved)
+        if rule is None:
+            return (self.samples,) * len(self.speeds)
+        stored: dict[int, list[Shard]] = {case: [] for case in range(len(self.speeds))}
+        for shard in self.store.shards:
+            stored[shard.case].append(shard)
+        return tuple(rule.planned(shards, self._tally) for shards in stored.values())
+
+    @property
+    def _planned_for_parts(self) -> tuple[int, ...]:
+        """Parts know nothing of each other: they run up to the first look of a rule to stop, the rest is for one."""
+        rule = StopRule.of(self.store.resolved)
+        return (self.samples if rule is None else next(rule.looks()),) * len(self.speeds)
+
+    def _tally(self, shard: Shard) -> Tally:
+        if shard not in self._tallies:
+            runs = self.store.shard_table("runs", shard, ("sample", "status"))
+            self._tallies[shard] = tally(runs, self.store.shard_table("wheels", shard, TALLY_COLUMNS))
+        return self._tallies[shard]
 
     def missing(self, part: Part | None = None) -> list[Shard]:
         """The shards still to be run, all of them or those of a part."""
         cases = len(self.speeds)
-        missing = missing_shards(cases, self.samples, self.store.shards)
+        planned = self.planned if part is None else self._planned_for_parts
+        missing = missing_shards(cases, planned, self.store.shards)
         return [shard for shard in missing if part is None or part.holds(shard, cases)]
 
     @property
@@ -115,8 +142,8 @@ class Campaign:
 
     @property
     def runs_total(self) -> int:
-        """Number of runs that the scenario asks for."""
-        return len(self.speeds) * self.samples
+        """Number of runs that the scenario asks for, as far as its rule to stop tells by now."""
+        return sum(self.planned)
 
     @property
     def diverged(self) -> int:
@@ -148,6 +175,20 @@ class Campaign:
         runs, wheels = self.table("runs", RUN_COLUMNS), self.table("wheels", WHEEL_COLUMNS)
         return separation_statistics(runs, wheels, self.speeds, any_wheelset=any_wheelset)
 
+    @cached_property
+    def records(self) -> Records:
+        """The stored tables as columns of runs, read once: for estimates and reports."""
+        return Records(*(self.table(kind) for kind in ("runs", "wheels", "events")))
+
+    def estimates(self, case: int = ALL_SPEEDS, wheel: int = ANY_WHEELSET) -> list[Estimate]:
+        """Every estimate with its interval, for a speed and wheelset.
+
+        Args:
+            case: Index of the speed; default: the whole campaign, whose unit is the sample with its runs at all speeds.
+            wheel: Wheelset, from 1 at the front; default: any of them.
+        """
+        return estimates(self.records.units(case, wheel))
+
     def kept(self) -> list[str]:
         """Names of the runs that the scenario keeps as recordings."""
         keep = self.scenario.keep
@@ -178,8 +219,9 @@ class Campaign:
     def pair(self, run_id: str) -> tuple[int, int]:
         """Case and sample of a run of this campaign; ValueError for any other."""
         case, sample = parse_run_name(run_id)
-        if case >= len(self.speeds) or sample >= self.samples:
-            last = run_name(len(self.speeds) - 1, self.samples - 1)
+        planned = self.planned
+        if case >= len(planned) or sample >= planned[case]:
+            last = run_name(len(planned) - 1, planned[-1] - 1)
             raise ValueError(f"run is {run_id!r}: this campaign has runs {run_name(0, 0)} to {last}")
         return case, sample
 
@@ -248,10 +290,13 @@ def run(
         campaign = Campaign(store, scenario, executor, threads=threads)
         report = progress or (lambda state: None)
         missing = campaign.missing(part)
-        if missing and cluster is not None:
-            cluster.simulate(campaign, missing, report, tell)
-        elif missing:
-            _simulate(campaign, report, missing)
+        if missing:
+            while missing:  # a rule to stop may ask for more at each of its looks
+                if cluster is not None:
+                    cluster.simulate(campaign, missing, report, tell)
+                else:
+                    _simulate(campaign, report, missing)
+                missing = campaign.missing(part)
         elif part is not None:
             tell(f"complete already: all runs of part {part} are stored in {folder}")
         else:

@@ -95,4 +95,6 @@ def _is_there(folder: Path, name: str, noted: dict[str, str]) -> bool:
 
 def _plain(values: np.ndarray) -> Any:
     """Numbers for JSON, which has no NaN and no infinity: null."""
-    return np.where(np.isfinite(values), values, None).tolist()
+    plain = values.astype(object)
+    plain[~np.isfinite(values)] = None
+    return plain.tolist()

@@ -5,8 +5,8 @@
 (case, sample), wheels count from 1 at the front.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -55,6 +55,8 @@ class RunInputs:
     """Simulated time [s]."""
     evaluated_length: float
     """Length over which wheel 1 counts [m]."""
+    varied: Mapping[str, float] = field(default_factory=dict)
+    """What differs from sample to sample, by dotted key, in SI."""
 
 
 def tables_of(scenario: "Scenario", batch: Sequence[Shard], result: BatchResult) -> dict[Shard, dict[str, pa.Table]]:
@@ -68,7 +70,12 @@ def tables_of(scenario: "Scenario", batch: Sequence[Shard], result: BatchResult)
     distance = float(scenario.resolved()["run"]["distance"])
     pairs = [pair for shard in batch for pair in shard.pairs]
     speeds = scenario.speeds
-    inputs = [RunInputs(speeds[case], distance / speeds[case], scenario.evaluated_length(case)) for case, _ in pairs]
+    varied = {sample: scenario.varied(sample) for _, sample in pairs}
+    inputs = []
+    for case, sample in pairs:
+        numbers = {name: number for name, number in varied[sample].items() if name != "speed"}
+        speed = varied[sample].get("speed", speeds[case])
+        inputs.append(RunInputs(speed, distance / speed, scenario.evaluated_length(case), numbers))
     return shard_tables(batch, [run_name(*pair) for pair in pairs], inputs, scenario.seed, result)
 
 
@@ -104,14 +111,22 @@ def shard_tables(
             [run.duration for run in inputs[rows]],
             [run.evaluated_length for run in inputs[rows]],
         ]
-        arrays = [pa.array(column, type=field.type) for column, field in zip(columns, RUN_SCHEMA, strict=True)]
+        arrays = [pa.array(column, type=kind.type) for column, kind in zip(columns, RUN_SCHEMA, strict=True)]
         tables[shard] = {
-            "runs": pa.Table.from_arrays(arrays, schema=RUN_SCHEMA),
+            "runs": _with_varied(pa.Table.from_arrays(arrays, schema=RUN_SCHEMA), inputs[rows]),
             "wheels": _of_shard(result.summary, shard, first),
             "events": _of_shard(result.separations, shard, first),
         }
         first += len(shard)
     return tables
+
+
+def _with_varied(table: pa.Table, inputs: Sequence[RunInputs]) -> pa.Table:
+    """The rows with a column for each varied number, named by its dotted key."""
+    for name in inputs[0].varied if inputs else ():
+        column = pa.array([run.varied[name] for run in inputs], pa.float64())
+        table = table.append_column(pa.field(name, pa.float64()), column)
+    return table
 
 
 def _of_shard(table: pa.Table, shard: Shard, first: int) -> pa.Table:

@@ -48,8 +48,8 @@ class Shard:
         raise ValueError(f"{name!r} is not the name of a shard, which looks like 'c00-s000064-000128'")
 
 
-def missing_shards(case_count: int, samples: int, present: Iterable[Shard]) -> list[Shard]:
-    """The shards still to be run for samples 0 up to ``samples`` of every case, beside those present.
+def missing_shards(case_count: int, samples: int | Sequence[int], present: Iterable[Shard]) -> list[Shard]:
+    """The shards still to be run for samples 0 up to ``samples`` (one number, or one a case), beside those present.
 
     A sample that a present shard covers is never run again: after 100 samples, an extension to 200 adds 100 to 128,
     128 to 192 and 192 to 200.
@@ -60,9 +60,9 @@ def missing_shards(case_count: int, samples: int, present: Iterable[Shard]) -> l
             covered[shard.case].append((shard.start, shard.stop))
     missing = []
     for case, ranges in covered.items():
-        at = 0
-        for start, stop in [*sorted(ranges), (samples, samples)]:
-            missing += [Shard(a, b, case) for a, b in _cut(at, min(start, samples))]
+        at, end = 0, samples if isinstance(samples, int) else samples[case]
+        for start, stop in [*sorted(ranges), (end, end)]:
+            missing += [Shard(a, b, case) for a, b in _cut(at, min(start, end))]
             at = max(at, stop)
     return sorted(missing)
 

@@ -2,7 +2,8 @@
 
 The run is the statistical unit. The probability is that of a run of the evaluated length to hold at least one
 separation, with the exact (Clopper-Pearson) interval; rates use each wheel's own evaluated distance
-(wheelset-kilometres). Diverged runs are left out of everything and counted beside it.
+(wheelset-kilometres), with the bootstrap over runs. Diverged runs are left out of everything and counted beside it.
+``tbatch.campaign.estimates`` has all the other estimates.
 """
 
 import math
@@ -13,8 +14,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-CONFIDENCE = 0.95
-ANY_WHEELSET = 0
+from tbatch.campaign.estimates.intervals import CONFIDENCE, exact_interval, rate_interval
+from tbatch.campaign.estimates.units import ANY_WHEELSET
+
+__all__ = ["ANY_WHEELSET", "CONFIDENCE", "STATISTICS_SCHEMA", "exact_interval", "separation_statistics"]
 
 RUN_COLUMNS = ("case", "sample", "status", "evaluated_length")
 WHEEL_COLUMNS = (
@@ -49,6 +52,8 @@ STATISTICS_SCHEMA = pa.schema(
         ("evaluated_length", pa.float64()),  # per run, of wheel 1, m
         ("evaluated_distance", pa.float64()),  # of all runs, wheelset-metres, m
         ("separations_per_km", pa.float64()),  # per wheelset-kilometre
+        ("separations_per_km_low", pa.float64()),  # 95 % interval, by the bootstrap over runs
+        ("separations_per_km_high", pa.float64()),
         ("separated_time", pa.float64()),  # s
         ("separated_share", pa.float64()),  # of the evaluated time
         ("longest", pa.float64()),  # longest separation that is not censored, s
@@ -58,16 +63,6 @@ STATISTICS_SCHEMA = pa.schema(
         ("force_min", pa.float64()),  # N
     ]
 )
-
-
-def exact_interval(successes: int, trials: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """The two-sided Clopper-Pearson interval of a probability; (0, 1) when there were no trials."""
-    from scipy.stats import binomtest  # a second to import: only when numbers are asked for
-
-    if trials == 0:
-        return 0.0, 1.0
-    interval = binomtest(successes, trials).proportion_ci(confidence, method="exact")
-    return float(interval.low), float(interval.high)
 
 
 def separation_statistics(
@@ -122,11 +117,19 @@ def _estimates(part: dict[str, NDArray[Any]]) -> dict[str, float | int]:
     time = math.fsum(part["evaluated_time"])
     separated_time = math.fsum(part["separated_time"])
     count = int(part["separations"].sum())
+    sample, run = np.unique(part["sample"], return_inverse=True)
+    of_run = [
+        np.bincount(run, part[name].astype(float), len(sample)).astype(float)
+        for name in ("separations", "evaluated_distance")
+    ]
+    low, high = rate_interval(of_run[0], of_run[1] / 1e3, 1.0)
     return {
         "separations": count,
         "censored": int(part["censored"].sum()),
         "evaluated_distance": distance,
         "separations_per_km": 1e3 * count / distance if distance > 0.0 else math.nan,
+        "separations_per_km_low": low,
+        "separations_per_km_high": high,
         "separated_time": separated_time,
         "separated_share": separated_time / time if time > 0.0 else math.nan,
         "longest": _largest(part["longest"], 0.0),

@@ -38,8 +38,19 @@ def summary_text(campaign: Campaign) -> str:
         of_case = [row for row in document["wheelsets"] if row["case"] == total["case"]]
         rows += [*map(_row, of_case), _row(total), []]
     lines = columns(
-        ["km/h", "wheelset", "runs", "separated", "probability", "95 % interval", "per km", "longest", "max force"],
-        ["", "", "", "runs", "", "", "", "ms", "kN"],
+        [
+            "km/h",
+            "wheelset",
+            "runs",
+            "separated",
+            "probability",
+            "95 % interval",
+            "per km",
+            "95 % interval",
+            "longest",
+            "max force",
+        ],
+        ["", "", "", "runs", "", "", "", "", "ms", "kN"],
         rows[:-1],
     )
     return "\n".join([*lines, "", *_notes(campaign, document)])
@@ -53,8 +64,8 @@ def status_text(campaign: Campaign, damage: Sequence[str]) -> str:
     for shard in store.shards:
         stored[shard.case] += len(shard)
     rows = [
-        [f"{speed * KMH:.4g}", str(stored[case]), str(max(0, campaign.samples - stored[case]))]
-        for case, speed in enumerate(campaign.speeds)
+        [f"{speed * KMH:.4g}", str(stored[case]), str(max(0, planned - stored[case]))]
+        for case, (speed, planned) in enumerate(zip(campaign.speeds, campaign.planned, strict=True))
     ]
     missing = campaign.runs_total - campaign.runs_stored
     lines = [
@@ -73,7 +84,8 @@ def status_text(campaign: Campaign, damage: Sequence[str]) -> str:
 
 def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
     """What a replayed run did, wheel by wheel, and whether it is the stored one."""
-    case, _ = campaign.pair(run_id)
+    case, sample = campaign.pair(run_id)
+    speed = campaign.scenario.varied(sample).get("speed", campaign.speeds[case])
     rows = [
         [
             str(row["wheel"]),
@@ -92,7 +104,7 @@ def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
         verdict = "bit for bit the stored run"
     return "\n".join(
         [
-            f"{run_id}: {campaign.speeds[case] * KMH:.4g} km/h, {int(result.steps[0])} steps, "
+            f"{run_id}: {speed * KMH:.4g} km/h, {int(result.steps[0])} steps, "
             + ("ok" if int(result.status[0]) == 0 else f"diverged at step {int(result.steps[0])}"),
             *columns(
                 ["wheelset", "separations", "longest", "min force", "max force"], ["", "", "ms", "kN", "kN"], rows
@@ -120,6 +132,7 @@ def _row(row: dict[str, Any]) -> list[str]:
         _number(row["probability"], f".{places}f"),
         f"{low:.{places}f} to {high:.{places}f}",
         _number(row["separations_per_km"], ".3g"),
+        f"{row['separations_per_km_low']:.3g} to {_bound(row['separations_per_km_high'])}",
         _number(1e3 * row["longest"], ".2f") if row["longest"] else "-",
         _number(row["force_max"], ".1f", 1e-3),
     ]
@@ -135,16 +148,35 @@ def _notes(campaign: Campaign, document: dict[str, Any]) -> list[str]:
     rate = facts["run_steps_per_second"]
     notes = [
         f"Probability: of at least one separation in a run, {length} m evaluated; exact (Clopper-Pearson) interval.",
-        "per km: separations per wheelset-kilometre evaluated. longest: without those that the ends cut off.",
-        "All speeds met the same irregularity samples (paired).",
+        "per km: separations per wheelset-kilometre evaluated; bootstrap over runs. longest: none cut off by the ends.",
+        _pairing(campaign),
         f"Runs: {facts['runs']} of {facts['runs_planned']}; diverged: {facts['diverged']}"
         + (" (left out of the statistics)." if facts["diverged"] else "."),
         f"Step {1e3 * facts['step']:g} ms; contact {facts['contact']}; {facts['model']}."
         + (f" {rate:,.0f} run-steps/s in the kernels." if rate else ""),
     ]
+    if "stop" in campaign.store.resolved["campaign"]:
+        notes.append("Runs by campaign.stop, speed by speed; intervals are those of a number of runs fixed beforehand.")
     if facts["runs"] < facts["runs_planned"]:
         notes.append(f"Not complete: tbatch resume {campaign.folder}")
     return notes
+
+
+def _pairing(campaign: Campaign) -> str:
+    """What the samples of different speeds, or of one, have in common."""
+    resolved = campaign.store.resolved
+    varied = ", ".join(resolved.get("vary", {}))
+    drawn = "distribution" in resolved["speed"]
+    text = (
+        "Each sample has a speed of its own; the table names their median."
+        if drawn
+        else (
+            "All speeds met the same samples of irregularity and varied numbers (paired)."
+            if varied
+            else "All speeds met the same irregularity samples (paired)."
+        )
+    )
+    return text + (f" Varied ({resolved['campaign'].get('sampling')}): {varied}." if varied else "")
 
 
 def _model(campaign: Campaign) -> dict[str, Any]:
@@ -161,6 +193,10 @@ def _model(campaign: Campaign) -> dict[str, Any]:
 
 def _number(value: float | None, form: str, factor: float = 1.0) -> str:
     return "-" if value is None or math.isnan(value) else format(value * factor, form)
+
+
+def _bound(value: float | None) -> str:
+    return format(value, ".3g") if value is not None and math.isfinite(value) else "open"
 
 
 def _plain(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

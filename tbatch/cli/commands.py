@@ -8,9 +8,9 @@ import glob
 import json
 import os
 import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from enum import StrEnum
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,16 +19,11 @@ from typer.core import TyperGroup
 
 from tbatch import __version__
 from tbatch.cli import exit_codes
+from tbatch.cli.methods_command import methods
 
 if TYPE_CHECKING:
     from tbatch.campaign.part import Part
     from tbatch.scenario import Scenario
-
-_LATER = {
-    "report": "one HTML page with plots",
-    "check": "the scenario's limits as pass or fail",
-    "methods": "the two-step scheme against others",
-}
 
 
 class Listed(StrEnum):
@@ -180,13 +175,63 @@ def status(folder: Folder) -> None:
 
 
 @app.command()
-def stats(folder: Folder, as_json: AsJson = False) -> None:
+def stats(
+    folder: Folder,
+    as_json: AsJson = False,
+    every: Annotated[bool, typer.Option("--all", help="Every estimate, not the separations alone.")] = False,
+) -> None:
     """Print separation statistics with confidence intervals."""
     from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.estimate_tables import estimates_document, estimates_text
     from tbatch.campaign.summary import summary_document, summary_text
 
     campaign = Campaign.open(folder)
-    print(json.dumps(summary_document(campaign), indent=1) if as_json else summary_text(campaign))
+    if as_json:
+        document = summary_document(campaign)
+        print(json.dumps({**document, "estimates": estimates_document(campaign)} if every else document, indent=1))
+    else:
+        print(estimates_text(campaign) if every else summary_text(campaign))
+
+
+@app.command()
+def check(
+    folder: Folder,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write JUnit XML, for CI.")] = None,
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Change a limit, such as limits.diverged.max=3."),
+    ] = None,
+) -> None:
+    """Judge a campaign by its scenario's [limits]: exit 0 if all are kept, 1 if not."""
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.limits import judge, stored_limits
+    from tbatch.cli.gate import report_verdicts
+
+    campaign = Campaign.open(folder)
+    verdicts = judge(campaign, stored_limits(campaign, change or ()))
+    report_verdicts(campaign, verdicts, junit)
+    if not all(verdict.passed for verdict in verdicts):
+        raise typer.Exit(exit_codes.LIMIT_EXCEEDED)
+
+
+@app.command()
+def report(
+    folder: Folder,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write; default DIR/report.")] = None,
+    histories: Annotated[bool, typer.Option(help="Simulate a worst and a median run again and draw them.")] = True,
+    threads: Threads = None,
+) -> None:
+    """Write one self-contained HTML page with plots, and the CSV behind each plot."""
+    from tbatch.campaign.campaign import Campaign
+
+    if find_spec("matplotlib") is None:
+        say("a report needs matplotlib: pip install 'tbatch[report]'")
+        raise typer.Exit(exit_codes.BAD_USAGE)
+    campaign = Campaign.open(folder, threads=threads)
+    from tbatch.view.report import write_report
+
+    path = write_report(campaign, out or folder / "report", histories=histories)
+    say(f"wrote {path} and the numbers behind its figures beside it")
 
 
 @app.command()
@@ -236,6 +281,9 @@ def bench(as_json: AsJson = False) -> None:
         print("\n".join(columns(["", ""], [], [[key, _shown(value)] for key, value in measured.items()])))
 
 
+app.command()(methods)
+
+
 @app.command("list")
 def list_(what: Annotated[Listed, typer.Argument(help="What to list.")]) -> None:
     """List the vehicles, tracks, spectra or scenarios that come with tbatch."""
@@ -256,20 +304,6 @@ def schema() -> None:
 def _not_yet(what: str) -> None:
     say(f"{what} is not served yet by this version ({__version__})")
     raise typer.Exit(exit_codes.BAD_USAGE)
-
-
-def _later(name: str, what: str) -> Callable[[], None]:
-    def command() -> None:
-        _not_yet(f"tbatch {name}")
-
-    command.__doc__ = f"Not yet: {what}."
-    return command
-
-
-for _name, _what in _LATER.items():
-    app.command(_name, hidden=True, context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(
-        _later(_name, _what)
-    )
 
 
 def _carry_out(

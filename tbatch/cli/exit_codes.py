@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tbatch.campaign import faults
 
+LIMIT_EXCEEDED = 1
 BAD_USAGE = 2
 TOO_MANY_DIVERGED = 3
 DAMAGED_STORE = 4

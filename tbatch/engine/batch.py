@@ -24,11 +24,15 @@ from tbatch.engine.statistics import Statistics
 from tbatch.numerics.initial import InitialState
 from tbatch.numerics.reference import first_load, hermite_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
+
+AHEAD = 128.0
+"""Irregularity of long runs that is made ahead of the fastest one [m]."""
 
 
 class Batch:
-    """Lane-blocked memory of some runs. Lane l of block b holds run 8 b + l; spare lanes are inactive copies.
+    """Lane-blocked memory of some runs. Lane l of block b holds run b * LANES + l; spare lanes are inactive copies.
 
     Attributes:
         memory: Real numbers of each run, shape (block, row, lane); rows by `MemoryRows`.
@@ -39,6 +43,7 @@ class Batch:
         segment_real: Start [m] and inverse spacing [1/m] of all profile segments, shape (segment, 2).
         segment_whole: First coefficient and number of intervals, int32, shape (segment, 2).
         coefficients: B-spline coefficients of all profiles [m].
+        lockstep: 1 for the blocks whose lanes keep the same course, int32, shape (block,).
         events: Log of separations, shape (block, wheel, place, column, lane).
     """
 
@@ -63,11 +68,16 @@ class Batch:
         track_rows = max(track.node_count * track.node_dofs, 1)
         self.displacement, self.velocity, self.load = (aligned_zeros((blocks, track_rows, LANES)) for _ in range(3))
         self.events = np.zeros((blocks, wheels, event_capacity(chunk), EVENT_COLUMNS, LANES))
-        self._pack_profiles(inputs)
+        self._inputs, self._step, self._loaded = inputs, model.step, 0
+        self._moving = any(isinstance(one.profile, LongProfile) for one in inputs)
+        self._pack_profiles(chunk)
         for lane in range(blocks * LANES):
             run = min(lane, self.count - 1)
             self._pack(model, lane, inputs[run], states[run], active=lane < self.count)
+        self._place_profiles()
         self._pack_statistics(statistics, model.step)
+        course = [self.at.speed, self.at.start, self.at.end, *range(self.at.offset, self.at.offset + wheels)]
+        self.lockstep = (self.memory[:, course] == self.memory[:, course, :1]).all(axis=(1, 2)).astype(np.int32)
 
     def _pack(self, model: Model, lane: int, inputs: RunInputs, state: InitialState, *, active: bool) -> None:
         """Fill one lane."""
@@ -82,7 +92,7 @@ class Batch:
         memory[at.inverse : at.inverse + tables.inverse.size] = tables.inverse.ravel()
         memory[at.speed], memory[at.start] = inputs.speed, inputs.start
         memory[at.end], memory[at.evaluate_from] = inputs.steps, inputs.evaluate_from
-        memory[at.circumference] = inputs.circumference
+        memory[at.circumference], memory[at.passed] = inputs.circumference, inputs.passed
         memory[at.hertz] = float(rest.constants.exponent == 1.5)
         for row, values in (
             (at.offset, inputs.vehicle.wheel_offsets),
@@ -100,7 +110,7 @@ class Batch:
         if model.track.node_dofs:
             self.displacement[lane // LANES, :, lane % LANES] = state.track.ravel()
             self.velocity[lane // LANES, :, lane % LANES] = state.track_velocity.ravel()
-            first = first_load(model.factor, state.track, state.track_velocity, 4.0 / model.scheme.first)
+            first = first_load(model.factor, model.scheme, state.track, state.track_velocity)
             self.load[lane // LANES, :, lane % LANES] = first.ravel()
         self._place(model, memory, marks, inputs)
         for wheel in range(wheels):
@@ -110,23 +120,34 @@ class Batch:
             own = inputs.wheel_profiles[wheel]
             if own is not None:
                 marks[mark + PROFILE_FIRST], marks[mark + PROFILE_COUNT] = self._segments[id(own)]
-        marks[MARKS.profile], marks[MARKS.profile + 1] = self._segments[id(inputs.profile)]
 
     def _place(self, model: Model, memory: np.ndarray, marks: np.ndarray, inputs: RunInputs) -> None:
         """Elements and Hermite values of the wheels at t = 0, where the forces f₀ act."""
-        element, local, shape = hermite_at(inputs.positions(0.0), model.track.element_length, model.track.element_count)
+        element, local, shape = hermite_at(
+            inputs.local_positions(0.0, inputs.passed), model.track.element_length, model.track.element_count
+        )
         memory[self.at.local : self.at.local + self.at.wheels] = local
         memory[self.at.shape : self.at.shape + 4 * self.at.wheels] = shape.ravel()
         memory[self.at.level : self.at.level + self.at.wheels] = inputs.levels(0.0)
         marks[MARKS.wheels : MARKS.wheels + PER_WHEEL * self.at.wheels : PER_WHEEL] = element
 
-    def _pack_profiles(self, inputs: Sequence[RunInputs]) -> None:
-        """Put the segments and coefficients of all distinct profiles one after the other."""
-        distinct: dict[int, Profile] = {}
-        for one in inputs:
-            for profile in (one.profile, *one.wheel_profiles):
-                if profile is not None:
-                    distinct[id(profile)] = profile
+    def need_profiles(self, first: int, count: int) -> None:
+        """Hold the irregularity that the wheels of long runs meet in `count` steps from step `first`."""
+        if self._moving and first + count > self._loaded:
+            self._pack_profiles(count, first)
+            self._place_profiles()
+
+    def _pack_profiles(self, count: int, first: int = 0) -> None:
+        """Put the segments and coefficients of all distinct profiles one after the other.
+
+        The wheels' own come first, so that they keep their places when the rail's are packed anew.
+        """
+        fastest = max(one.speed for one in self._inputs)
+        self._loaded = first + max(count, int(AHEAD / max(fastest * self._step, 1e-12)))
+        rail = [one.profile_between(first, self._loaded, self._step) for one in self._inputs]
+        own = [profile for one in self._inputs for profile in one.wheel_profiles if profile is not None]
+        distinct: dict[int, Profile] = {id(profile): profile for profile in (*own, *rail)}
+        self._rail = rail
         self._segments: dict[int, tuple[int, int]] = {}
         real, whole, coefficients = [], [], []
         segments = used = 0
@@ -140,6 +161,12 @@ class Batch:
         self.segment_real = np.ascontiguousarray(np.concatenate(real))
         self.segment_whole = np.concatenate(whole).astype(np.int32)
         self.coefficients = np.concatenate(coefficients)
+
+    def _place_profiles(self) -> None:
+        """Tell every lane where its irregularity stands."""
+        for lane in range(len(self.memory) * LANES):
+            place = self._segments[id(self._rail[min(lane, self.count - 1)])]
+            self.marks[lane // LANES, MARKS.profile : MARKS.profile + 2, lane % LANES] = place
 
     def _pack_statistics(self, statistics: Statistics, step: float) -> None:
         """First values of every accumulator."""

@@ -54,6 +54,11 @@ class Histories:
         needed = {"rail" if name == "rail_acceleration" else name for name in save.channels}
         self._layers = [layer for layer in LAYERS if layer in needed]
         track = self.model.track
+        if track.window is not None and (self._layers or "rail_acceleration" in needed):
+            raise ValueError(
+                "save.channels: the points of rail, slab and base come and go on an endless track; "
+                "take 'rail_under_wheel' there"
+            )
         for layer in self._layers:
             if layer not in track.layers:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
@@ -109,7 +114,7 @@ class Histories:
             return
         model = self.model
         track = model.track
-        positions = inputs.positions(0.0)
+        positions = inputs.local_positions(0.0, inputs.passed)
         first: dict[str, np.ndarray] = {
             "contact_force": state.force,
             "vehicle": state.displacement,

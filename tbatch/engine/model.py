@@ -8,6 +8,7 @@ from tbatch.numerics.factorization import FactorisedTrack, factorise
 from tbatch.numerics.initial import StaticTrack
 from tbatch.numerics.run_inputs import VehicleTables
 from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
+from tbatch.numerics.window import Window, make_window
 from tbatch.physics.contact import Contact
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import RigidRest, rest_on_rigid_rail
@@ -21,6 +22,9 @@ class Model:
 
     vehicle: Vehicle
     track: Track
+    """The line that is stepped: the given one, or the window of an endless one."""
+    window: Window
+    """How the line follows the vehicle."""
     contact: Contact
     scheme: TwoStep
     rails: int
@@ -41,6 +45,7 @@ class Model:
         step: float,
         splitting: float = EQUAL_SPLITTING,
         local_compliance: bool = True,
+        window_tolerance: float = 0.003,
     ) -> "Model":
         """Check that the parts belong together, and factorise.
 
@@ -52,16 +57,22 @@ class Model:
             splitting: γ [-] of the two-step scheme; 2 - √2 shares one factorisation between the substeps.
             local_compliance: Put the deflection that one cubic element lacks, a³b³/(3EIℓ³), in series with the contact.
                 Without a known rail EI it is left out.
+            window_tolerance: For an endless track: largest echo of a pulse from the ends of the stepped window,
+                relative to the pulse; the window is made as long as that takes.
 
         Raises:
             ValueError: If half and whole models are mixed, or a value is out of range.
         """
         scheme = TwoStep(float(step), float(splitting))
         rails = common_rails(vehicle, track)
+        window = Window.fixed()
+        if track.window is not None:
+            track, window = make_window(track, float(vehicle.wheel_offsets.max()), window_tolerance)
         rail_EI = track.rail_EI if local_compliance and track.node_dofs else None
         return cls(
             vehicle=vehicle,
             track=track,
+            window=window,
             contact=contact,
             scheme=scheme,
             rails=rails,
@@ -111,6 +122,9 @@ class Model:
         rows += [("static load", ", ".join(f"{load / 1e3:.3f}" for load in self.static_load) + " kN")]
         rows += self.track.describe_rows()
         rows += self.contact.describe_rows(self.rest.constants, self.rails, self.vehicle.wheel_radius)
+        if self.track.window is not None:
+            margin = f"{self.window.margin:g} m beyond the outer wheels, echo {self.window.echo:.2g} of a pulse"
+            rows += [("window", f"moves by {self.window.period:g} m; {margin}")]
         local = "in series with the contact" if self.compliance else "off"
         rows += [
             ("local rail compliance", local),

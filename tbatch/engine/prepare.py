@@ -12,6 +12,7 @@ from tbatch.numerics.initial import InitialState, given_state, rest_state, stati
 from tbatch.numerics.run_inputs import RunInputs, VehicleTables
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
+from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import RigidRest, rest_on_rigid_rail
@@ -37,13 +38,15 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
     durations = np.broadcast_to(durations, (len(runs),))
     if not (np.isfinite(durations) & (durations > 0.0)).all():
         raise ValueError("duration: positive, finite times in s are required")
-    # A duration that is a whole number of steps to round-off stays that number.
-    steps = np.ceil(durations / model.step * (1.0 - 1e-12) - 1e-9).astype(np.int64)
-    steps = np.maximum(steps, 1)
+    steps = whole_steps(durations, model.step)
     if steps.max() > 2**31 - 2:
         raise ValueError(f"duration: {steps.max()} steps; at most {2**31 - 2} are possible")
     for run in range(len(runs)):
         vehicle = model.vehicle if runs.vehicle is None else runs.vehicle[run]
+        if model.track.window is not None:
+            if vehicle.wheel_offsets.max() > model.vehicle.wheel_offsets.max():
+                raise ValueError(f"run {run}: its vehicle is longer than the model's, for which the window was made")
+            continue
         first = runs.start[run] - vehicle.wheel_offsets.max()
         last = runs.start[run] + runs.speed[run] * float(steps[run]) * model.step
         if first < 0.0 or last > model.track.length * (1.0 + 1e-12):
@@ -52,6 +55,16 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
                 f"0 ... {model.track.length:.3f} m; choose start, speed and duration accordingly"
             )
     return steps
+
+
+def whole_steps(durations: np.ndarray, step: float) -> np.ndarray:
+    """Durations in steps, rounded up, at least one; a whole number of steps to round-off stays that number.
+
+    Args:
+        durations: [s], shape (run,).
+        step: Δt [s].
+    """
+    return np.maximum(np.ceil(durations / step * (1.0 - 1e-12) - 1e-9).astype(np.int64), 1)
 
 
 class Preparation:
@@ -84,7 +97,11 @@ class Preparation:
             rough = runs.irregularity[run]
             # A single wheel that stands still visits a point; a profile needs a span.
             span = float(low), float(max(high, low + 1e-3))
-            profile = _SMOOTH if rough is None else Irregularity.of(rough).profile(*span)
+            profile: Profile | LongProfile = _SMOOTH
+            if rough is not None and model.track.window is not None:
+                profile = LongProfile(Irregularity.of(rough), *span)
+            elif rough is not None:
+                profile = Irregularity.of(rough).profile(*span)
             own, circumference = self._own_profiles(run, vehicle, contact)
         except ValueError as error:
             raise ValueError(f"run {run}: {error}") from error
@@ -99,6 +116,8 @@ class Preparation:
             profile=profile,
             wheel_profiles=own,
             circumference=circumference,
+            window=model.window,
+            passed=model.window.passed(float(runs.start[run])),
         )
 
     def start(self, run: int, inputs: RunInputs) -> InitialState:
@@ -109,7 +128,7 @@ class Preparation:
         if self.initial == "rest":
             return rest_state(inputs, ground)
         key = (
-            id(inputs.vehicle), id(inputs.rest), tuple(inputs.positions(0.0).tolist()),
+            id(inputs.vehicle), id(inputs.rest), tuple(inputs.local_positions(0.0, inputs.passed).tolist()),
             tuple(inputs.levels(0.0).tolist()),
         )  # fmt: skip
         if key not in self._static:

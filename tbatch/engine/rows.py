@@ -4,10 +4,16 @@ A block holds `LANES` runs side by side. All that belongs to a run stands in two
 `memory[block, row, lane]`, whole numbers in `marks[block, row, lane]`. This module alone says which row is what.
 """
 
+import os
 from dataclasses import dataclass, fields
 
-LANES = 8
-"""Runs a block: one 512-bit vector of f64."""
+LANES_VARIABLE = "TBATCH_LANES"
+"""Environment variable that `tbatch bench` sets to time other numbers of lanes; results do not depend on it."""
+LANES = int(os.environ.get(LANES_VARIABLE, "16"))
+"""Runs a block: two 512-bit vectors of f64, so that one coefficient loaded serves two products."""
+
+if LANES not in (8, 16, 32):
+    raise ValueError(f"{LANES_VARIABLE} = {LANES}: accepted are 8, 16 and 32")
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,8 @@ class MemoryRows:
     load: int
     """P₀ [N] at rest on a rigid rail."""
     # state
+    passed: int
+    """Periods that the stepped line has moved by, as a real number."""
     active: int
     """1 while the run is stepped, 0 once it has ended or diverged."""
     displacement: int
@@ -96,7 +104,9 @@ class MemoryRows:
         size = dict.fromkeys((field.name for field in fields(cls)), wheels)
         size |= dict.fromkeys(("stiffness", "mass", "damping"), square)
         size |= {"inverse": rates * square}
-        size |= dict.fromkeys(("speed", "start", "end", "evaluate_from", "circumference", "hertz", "active"), 1)
+        size |= dict.fromkeys(
+            ("speed", "start", "end", "evaluate_from", "circumference", "hertz", "passed", "active"), 1
+        )
         size |= dict.fromkeys(("displacement", "velocity", "vehicle_load", "acceleration"), dofs)
         size |= {"shape": 4 * wheels, "flexibility": wheels * wheels, "newton": newton_rows(wheels)}
         first, row = {}, 0

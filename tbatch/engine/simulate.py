@@ -77,7 +77,7 @@ def simulate(
         used = 0.0
         while len(inputs) < len(waiting):
             one = preparation.inputs(waiting[len(inputs)])
-            used += bytes_per_run(model, one.profile.coefficient.nbytes)
+            used += bytes_per_run(model, one.profile.nbytes)
             if inputs and used > limit and len(inputs) % LANES == 0:
                 break
             inputs.append(one)
@@ -128,6 +128,7 @@ def _advance(
     launch = _Launch(model, batch, histories, collected.statistics, most, threads)
     n, count = 0, min(most, 8) if adapt else most
     while batch.active:
+        batch.need_profiles(n, count)
         began = time.perf_counter()
         launch(n, count)
         seconds = time.perf_counter() - began
@@ -152,41 +153,39 @@ class _Launch:
         self._kernel = advance
         self.samples = histories.buffer(len(batch.memory), most)
         self._every = histories.every_steps
-        scheme, factor, track = model.scheme, model.factor, model.track
-        coefficients = [scheme.c1, scheme.c2, scheme.c3, 2.0 / scheme.first, 4.0 / scheme.first, scheme.splitting]
-        self._before = (factor.pattern, batch.at, statistics.accumulators)
-        self._after = (
-            scheme.step,
-            np.array(coefficients),
-            track.element_count,
-            track.element_length,
-            model.compliance,
-            *kernel_tables(model),
-            np.array(model.vehicle.wheel_dofs, np.int32),
-            histories.probe_rows,
-            histories.probe_shape,
-            batch.segment_real,
-            batch.segment_whole,
-            batch.coefficients,
-            batch.displacement,
-            batch.velocity,
-            batch.load,
-            batch.memory,
-            batch.marks,
-            statistics.places,
-            statistics.rows,
-            statistics.counters,
-            # To round-off a whole number of steps stays inside the window.
-            int(np.floor(LANDING_WINDOW / scheme.step * (1.0 + 1e-12))),
-            batch.events,
-            self._every,
-        )
-        self._last = (batch.spare, histories.sample_rows, self.samples)
+        self._compiled_in = (model.factor.pattern, batch.at, statistics.accumulators)
+        self._model = _model_arguments(model, histories)
+        self._batch = batch
+        # To round-off a whole number of steps stays inside the landing window.
+        watch = int(np.floor(LANDING_WINDOW / model.step * (1.0 + 1e-12)))
+        self._kept = (statistics.places, statistics.rows, statistics.counters, watch, batch.events, self._every)
+        self._sampled = (batch.spare, histories.sample_rows, self.samples)
 
     def __call__(self, first: int, count: int) -> None:
         """Advance `count` steps from step `first`."""
         first_sample = first // self._every + 1 if self._every else 0
-        self._kernel(*self._before, first, count, *self._after, first_sample, *self._last)
+        batch = self._batch
+        runs = (batch.lockstep, batch.segment_real, batch.segment_whole, batch.coefficients)
+        state = (batch.displacement, batch.velocity, batch.load, batch.memory, batch.marks)
+        self._kernel(
+            *self._compiled_in, first, count, *self._model, *runs, *state, *self._kept, first_sample, *self._sampled
+        )
+
+
+def _model_arguments(model: Model, histories: Histories) -> tuple[Any, ...]:
+    """What the kernel asks of the model and the probes, in the order of its parameters."""
+    scheme, track, window = model.scheme, model.track, model.window
+    coefficients = [scheme.c1, scheme.c2, scheme.c3, 2.0 / scheme.first, 4.0 / scheme.first, scheme.splitting]
+    line = (track.element_count, track.element_length, model.compliance)
+    return (
+        scheme.step,
+        np.array(coefficients),
+        *line,
+        *(window.period, window.period_elements, window.home),
+        *kernel_tables(model),
+        np.array(model.vehicle.wheel_dofs, np.int32),
+        *(histories.probe_rows, histories.probe_shape),
+    )
 
 
 def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:

@@ -94,7 +94,7 @@ def static_state(inputs: RunInputs, ground: StaticTrack) -> InitialState:
         ValueError: If no equilibrium is found.
     """
     vehicle, rest = inputs.vehicle, inputs.rest
-    positions, levels = inputs.positions(0.0), inputs.levels(0.0)
+    positions, levels = inputs.local_positions(0.0, inputs.passed), inputs.levels(0.0)
     wheels = np.array(vehicle.wheel_dofs)
     others = np.setdiff1d(np.arange(vehicle.dof_count), wheels)
     held = vehicle.held_flexibility()
@@ -142,7 +142,7 @@ def rest_state(inputs: RunInputs, ground: StaticTrack) -> InitialState:
     """Undeformed track, wheels at r + δ₀, so that F is the static load; local compliance included."""
     q = np.zeros(inputs.vehicle.dof_count)
     load = inputs.rest.load
-    give = ground.compliance(inputs.positions(0.0)) @ load
+    give = ground.compliance(inputs.local_positions(0.0, inputs.passed)) @ load
     q[list(inputs.vehicle.wheel_dofs)] = inputs.levels(0.0) + give
     track = np.zeros((ground.track.node_count, ground.track.node_dofs))
     approach = inputs.rest.constants.approach
@@ -170,7 +170,7 @@ def given_state(
     Raises:
         ValueError: If the contact forces cannot be found, as for values that are not finite.
     """
-    positions = inputs.positions(0.0)
+    positions = inputs.local_positions(0.0, inputs.passed)
     rail = np.einsum("ndw,nd->w", ground.loads(positions), track)
     constants = inputs.rest.constants
     free = constants.approach + displacement[list(inputs.vehicle.wheel_dofs)] - rail - inputs.levels(0.0)

@@ -38,8 +38,6 @@ class RowPattern:
     """Non-zero pattern of one node's rows; hashable, so that it can select a compiled kernel."""
 
     dofs: int
-    stiffness: Stencil
-    """Coefficients of -2 K."""
     mass: Stencil
     """Coefficients of M."""
     damping: Stencil
@@ -55,7 +53,7 @@ class RowPattern:
     def empty(cls) -> "RowPattern":
         """The pattern of a track without dofs."""
         none = Stencil((), (), ())
-        return cls(0, none, none, none, (), (), ())
+        return cls(0, none, none, (), (), ())
 
 
 class _Table:
@@ -99,7 +97,6 @@ def row_table(track: Track, factors: "Sequence[BlockFactor]") -> tuple[RowPatter
     table, rates = _Table(), len(factors)
     pattern = RowPattern(
         dofs=track.node_dofs,
-        stiffness=table.stencil(track.stiffness.diagonal, track.stiffness.lower, -2.0, rates),
         mass=table.stencil(track.mass.diagonal, track.mass.lower, 1.0, rates),
         damping=table.stencil(track.damping.diagonal, track.damping.lower, -1.0, rates),
         lower=table.rows(-np.stack([factor.lower for factor in factors])),

@@ -12,7 +12,7 @@ import numpy as np
 from tbatch.numerics.contact_solve import solve_contact
 from tbatch.numerics.factorization import FactorisedTrack
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.pattern import Row, Stencil
+from tbatch.numerics.pattern import Row
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.numerics.two_step import TwoStep
 
@@ -66,8 +66,10 @@ class ReferenceRun:
         self.u, self.u_velocity = initial.track.copy(), initial.track_velocity.copy()
         self.force, self.overlap = initial.force.copy(), initial.overlap.copy()
         self.q_acceleration = np.full_like(self.q, np.nan)
+        self.passed = float(inputs.passed)
         self.two_h, self.four_h = 2.0 / scheme.first, 4.0 / scheme.first
-        self.load = first_load(track, self.u, self.u_velocity, self.four_h)
+        self.load = first_load(track, scheme, self.u, self.u_velocity)
+        self.element: np.ndarray = np.zeros(len(self.force), int)
         self._place_wheels(0.0)
 
     def run(self) -> ReferenceHistory:
@@ -89,21 +91,24 @@ class ReferenceRun:
         step, last = scheme.step, len(tables.inverse) - 1
         c1, c2, c3 = scheme.c1, scheme.c2, scheme.c3
 
-        # Substep 1, to t_n + γΔt: K̂₁ (u₁ - u₀) = f₀ + f₁ - 2 K u₀ + (4/h) M v₀.
+        self._follow_vehicle(n * step)
+
+        # Substep 1, to t_n + γΔt: K̂₁ (u₁ + u₀) = f₀ + f₁ + (4/h) [M ((2/h) u₀ + v₀) + C u₀], and for the vehicle
+        # K̂₁ (q₁ - q₀) = f₀ + f₁ - 2 K q₀ + (4/h) M v₀.
         q_load = _dense(tables.stiffness, self.q) + _dense(tables.mass, self.four_h * self.q_velocity)
         q_load[self.wheel_dofs] += 2.0 * rest.load - self.force
         self._push_rail()
         self._place_wheels((n + scheme.splitting) * step)
         wheels = self.q[self.wheel_dofs] + _dense(tables.inverse[0], q_load)[self.wheel_dofs]
-        rail = [self._gather(0, j) + self._rail_value(self.u, j) for j in range(len(self.force))]
+        rail = [self._gather(0, j) - self._rail_value(self.u, j) for j in range(len(self.force))]
         good = self._solve_contact(0, wheels, rail)
         q_load[self.wheel_dofs] -= self.force
         self._push_rail()
-        d = self._sweep(0)
-        u1, v1 = self.u + d, self.two_h * d - self.u_velocity
+        u1 = self._sweep(0) - self.u
+        v1 = self.two_h * (u1 - self.u) - self.u_velocity
         w = c1 * self.u + c2 * u1
         p = 0.0 - ((c1 * self.u_velocity + c2 * v1) + c3 * w)
-        self.load = self._products(self.track.pattern.mass, p, self.track.pattern.damping, w, 0)
+        self.load = products(self.track, 0, p, w)
         qd = _dense(tables.inverse[0], q_load)
         qw = c1 * self.q + c2 * (self.q + qd)
         qp = 0.0 - ((c1 * self.q_velocity + c2 * (self.two_h * qd - self.q_velocity)) + c3 * qw)
@@ -119,20 +124,32 @@ class ReferenceRun:
         self._push_rail()
         self.u = self._sweep(last)
         self.u_velocity = w + c3 * self.u
-        self.load = self._products(
-            self.track.pattern.mass, self.four_h * self.u_velocity, self.track.pattern.stiffness, self.u, last
-        )
+        self.load = first_load(self.track, scheme, self.u, self.u_velocity)
         self.q = _dense(tables.inverse[last], q_load)
         self.q_velocity = qw + c3 * self.q
         self.q_acceleration = (c3 * c3) * self.q - qp
         return good
+
+    def _follow_vehicle(self, time: float) -> None:
+        """On an endless track, move the line on by whole periods: zeros enter at its front, its end comes to rest."""
+        window = self.inputs.window
+        front = self.inputs.start + self.inputs.speed * time
+        while window.period_elements and front - self.passed * window.period >= window.home:
+            by = window.period_elements
+            for vector in (self.u, self.u_velocity):
+                vector[:-by], vector[-by:] = vector[by:].copy(), 0.0
+                vector[0] = 0.0
+            self.passed += 1.0
+            self.element -= by
+            # What the ends' old neighbours put into the load would be a blow there.
+            self.load = first_load(self.track, self.scheme, self.u, self.u_velocity)
 
     def _snapshot(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         return self.force.copy(), self.overlap.copy(), self.q.copy(), self.q_acceleration.copy()
 
     def _place_wheels(self, time: float) -> None:
         """Element, local coordinate, Hermite values and level of every wheel."""
-        x = self.inputs.positions(time)
+        x = self.inputs.local_positions(time, self.passed)
         self.element, self.local, self.shape = hermite_at(x, self.element_length, self.element_count)
         self.level = self.inputs.levels(time)
 
@@ -228,10 +245,6 @@ class ReferenceRun:
             solution[node] = x
         return solution
 
-    def _products(self, first: Stencil, a: np.ndarray, second: Stencil, b: np.ndarray, rate: int) -> np.ndarray:
-        """The sum of two matrices times two vectors, block row by block row."""
-        return products(self.track, rate, first, a, second, b)
-
 
 def hermite_at(x: np.ndarray, element_length: float, element_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Element, local coordinate and Hermite values at x, in the kernels' order of operations.
@@ -256,39 +269,38 @@ def hermite_at(x: np.ndarray, element_length: float, element_count: int) -> tupl
     return element, s, np.stack(shape, axis=1)
 
 
-def first_load(track: FactorisedTrack, u: np.ndarray, velocity: np.ndarray, four_h: float) -> np.ndarray:
-    """Load of the first substep 1, (4/h) M v₀ - 2 K u₀.
+def first_load(track: FactorisedTrack, scheme: TwoStep, u: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    """Load of substep 1 without contact forces, (4/h) [M ((2/h) u₀ + v₀) + C u₀].
 
     Args:
         track: The factorised track.
-        u: Displacements [m, -], shape (node, dof).
-        velocity: Velocities [m/s, 1/s], shape (node, dof).
-        four_h: 4/h [1/s].
+        scheme: The two-step scheme.
+        u: Displacements u₀ [m, -], shape (node, dof).
+        velocity: Velocities v₀ [m/s, 1/s], shape (node, dof).
     """
-    if not track.node_dofs:
-        return np.zeros_like(u)
-    last = len(track.rows) - 1
-    return products(track, last, track.pattern.mass, four_h * velocity, track.pattern.stiffness, u)
+    two_h, four_h = 2.0 / scheme.first, 4.0 / scheme.first
+    return products(track, len(track.rows) - 1, four_h * (two_h * u + velocity), 0.0 - four_h * u)
 
 
-def products(
-    track: FactorisedTrack, rate: int, first: Stencil, a: np.ndarray, second: Stencil, b: np.ndarray
-) -> np.ndarray:
-    """The sum of two of the track's matrices times two vectors, shape (node, dof) each."""
+def products(track: FactorisedTrack, rate: int, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """M p - C q of the track, shape (node, dof) as p and q."""
     if not track.node_dofs:
-        return np.zeros_like(a)
-    table = track.rows[rate][track.node_class].T
-    above_a, below_a = _shifted(a)
-    above_b, below_b = _shifted(b)
-    result = np.empty_like(a)
-    for r in range(a.shape[1]):
-        near = _row_product(table, first.own[r], a.T) + _row_product(table, first.following[r], above_a.T)
-        far = _row_product(table, second.own[r], b.T) + _row_product(table, second.following[r], above_b.T)
-        half_done = near + far
-        rest = _row_product(table, first.previous[r], below_a.T) + _row_product(table, second.previous[r], below_b.T)
+        return np.zeros_like(p)
+    table, mass, damping = track.rows[rate][track.node_class].T, track.pattern.mass, track.pattern.damping
+    following_p, previous_p = _shifted(p)
+    following_q, previous_q = _shifted(q)
+    result = np.empty_like(p)
+    for r in range(p.shape[1]):
+        ahead = _row_product(table, mass.following[r], following_p.T) + _row_product(
+            table, damping.following[r], following_q.T
+        )
+        own = _row_product(table, mass.own[r], p.T) + _row_product(table, damping.own[r], q.T)
+        behind = _row_product(table, mass.previous[r], previous_p.T) + _row_product(
+            table, damping.previous[r], previous_q.T
+        )
         # The first node has no node before it, and adding a zero could turn -0 into 0.
-        result[1:, r] = (half_done + rest)[1:]
-        result[0, r] = half_done[0]
+        result[:, r] = ahead + own
+        result[1:, r] = result[1:, r] + behind[1:]
     return result
 
 

@@ -6,6 +6,8 @@ import numpy as np
 from scipy.linalg import LinAlgError, inv
 
 from tbatch.numerics.two_step import TwoStep, effective
+from tbatch.numerics.window import Window
+from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
 from tbatch.physics.static import RigidRest
 from tbatch.physics.vehicle import Vehicle
@@ -57,16 +59,31 @@ class RunInputs:
     """Position beyond which a wheel's statistics count [m]."""
     steps: int
     """Length of the run in steps."""
-    profile: Profile
-    """r(x) of the rail over all that the wheels visit."""
+    profile: Profile | LongProfile
+    """r(x) of the rail over all that the wheels visit; on an endless track piece by piece."""
     wheel_profiles: tuple[Profile | None, ...]
     """ρ_j over one turn of each wheel; None for a round wheel."""
     circumference: float
     """Length of a turn [m]; 1 where all wheels are round."""
+    window: Window
+    """How the stepped line follows the vehicle."""
+    passed: int
+    """Periods that the stepped line has moved by at t = 0."""
 
     def positions(self, time: float) -> np.ndarray:
         """x_j [m] at a time [s], shape (wheel,)."""
         return (self.start + self.speed * time) - self.vehicle.wheel_offsets
+
+    def local_positions(self, time: float, passed: float) -> np.ndarray:
+        """Positions on the stepped line after it has moved by `passed` periods [m], shape (wheel,)."""
+        return self.positions(time) - passed * self.window.period
+
+    def profile_between(self, first: int, last: int, step: float) -> Profile:
+        """The profile that the wheels need from step `first` to step `last` of length `step` [s]."""
+        if isinstance(self.profile, Profile):
+            return self.profile
+        low, high = (self.start + self.speed * min(n, self.steps) * step for n in (first, last))
+        return self.profile.covering(low - float(self.vehicle.wheel_offsets.max()), high)
 
     def levels(self, time: float) -> np.ndarray:
         """r_j [m], irregularity and wheel profile under each wheel at a time [s], shape (wheel,)."""

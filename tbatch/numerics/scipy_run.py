@@ -6,42 +6,12 @@ the block factorisation and the gathered contact of the batch kernels to round-o
 """
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from tbatch.numerics.contact_solve import solve_contact
 from tbatch.numerics.initial import InitialState, StaticTrack
 from tbatch.numerics.reference import hermite_at
 from tbatch.numerics.run_inputs import RunInputs
-from tbatch.numerics.two_step import TwoStep, effective
-from tbatch.physics.track import Track
-
-
-class ScipyTrack:
-    """A track's matrices and factors for one step length, in SciPy's forms.
-
-    Args:
-        track: The track; not a rigid one.
-        scheme: The two-step scheme.
-    """
-
-    def __init__(self, track: Track, scheme: TwoStep) -> None:
-        self.track, self.scheme = track, scheme
-        self.stiffness, self.damping, self.mass = (
-            part.to_csc().tocsr() for part in (track.stiffness, track.damping, track.mass)
-        )
-        self.factors, self.columns = [], []
-        rail = (np.arange(track.node_count)[:, None] * track.node_dofs + np.arange(2)).ravel()
-        units = np.zeros((track.node_count * track.node_dofs, len(rail)))
-        units[rail, np.arange(len(rail))] = np.where(track.pinned.ravel()[rail], 0.0, 1.0)
-        for rate in scheme.rates:
-            matrix = effective(track.stiffness, track.damping, track.mass, rate).pinned(track.pinned, unit=1.0)
-            self.factors.append(cholesky_banded(matrix.banded(), lower=True))
-            self.columns.append(np.ascontiguousarray(cho_solve_banded((self.factors[-1], True), units).T))
-        self.free = (~track.pinned).ravel().astype(float)
-
-    def solve(self, rate: int, load: np.ndarray) -> np.ndarray:
-        """K̂⁻¹ load, zero at pinned dofs; shape (node * dof,)."""
-        return cho_solve_banded((self.factors[rate], True), load * self.free, check_finite=False)
+from tbatch.numerics.scipy_track import ScipyTrack
 
 
 class ScipyRun:
@@ -86,7 +56,7 @@ class ScipyRun:
     def _place(self, time: float) -> None:
         """Rail dofs and Hermite values under the wheels, shape (wheel, 4) each."""
         ground = self.track.track
-        self.positions = self.inputs.positions(time)
+        self.positions = self.inputs.local_positions(time, self.inputs.passed)
         self.element, _, self.shape = hermite_at(self.positions, ground.element_length, ground.element_count)
         self.rail_dofs = 2 * self.element[:, None] + np.arange(4)
         self.rows = self.element[:, None] * ground.node_dofs + np.array([0, 1, ground.node_dofs, ground.node_dofs + 1])

@@ -9,6 +9,11 @@ With equilibrium at t_n, substep 1 solves in the increment, without acceleration
 
     K̂₁ (u₁ - u₀) = f₀ + f₁ - 2 K u₀ + (4/h) M v₀
 
+or, K being K̂₁ - (2/h) C - (4/h²) M, in the sum, which needs the same two products as substep 2 and none with K:
+
+    K̂₁ (u₁ + u₀) = f₀ + f₁ + (4/h) [M ((2/h) u₀ + v₀) + C u₀]
+    K̂₂ u₂ = f₂ - M (c₁v₀ + c₂v₁ + c₃w) - C w,   w = c₁u₀ + c₂u₁
+
 Source: Bathe and Baig, *Computers & Structures* 83 (2005) 2513-2524, for the scheme with γ = 1/2; the splitting
 γ = 2 - √2, for which K̂₁ = K̂₂, is Bank et al., *IEEE Trans. Electron Devices* 32 (1985) 1992-2007 (TR-BDF2).
 """

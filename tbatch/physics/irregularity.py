@@ -199,13 +199,16 @@ class Irregularity:
             )
         profile = self._profiles.get((low, high))
         if profile is None:
-            profile = self._spline(low, high) if self.terms else Profile.zero()
+            profile = self.spline(low, high)
             while len(self._profiles) >= _KEPT_PROFILES:
                 self._profiles.pop(next(iter(self._profiles)), None)
             self._profiles[low, high] = profile
         return profile
 
-    def _spline(self, low: float, high: float) -> Profile:
+    def spline(self, low: float, high: float) -> Profile:
+        """As `profile`, between two places in rising order within one period, and not kept."""
+        if not self.terms:
+            return Profile.zero()
         pieces = overlay([term.pieces(low, high) for term in self.terms], low, high)
         if all(term.everywhere for term in self.terms):
             pieces = extend(pieces)

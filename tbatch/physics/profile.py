@@ -65,6 +65,11 @@ class Profile:
         )
 
     @property
+    def nbytes(self) -> int:
+        """Memory of the coefficients [bytes]."""
+        return int(self.coefficient.nbytes)
+
+    @property
     def segment_count(self) -> int:
         """Number of segments."""
         return self.start.size

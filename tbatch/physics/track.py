@@ -1,7 +1,7 @@
 """Tracks: layers of beams, node by node along the line."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,13 +48,15 @@ class Track:
     source: str = ""
     parameters: SlabParameters | WinklerParameters | None = None
     """the numbers it was built from"""
+    window: "Callable[[float], Track] | None" = None
+    """of an endless track: makes the finite line of a length [m] that is stepped in its place; None for a finite one"""
 
     @classmethod
     def slab(
         cls,
         name: str | None = None,
         *,
-        length: float,
+        length: float | str,
         elements_per_bay: int = 1,
         bay: float | None = None,
         rail: tuple[float, float] | None = None,
@@ -71,7 +73,7 @@ class Track:
 
         Args:
             name: a set of the catalogue; the other arguments then replace its numbers.
-            length: length [m], rounded up to whole bays.
+            length: length [m], rounded up to whole bays; or "endless": seats at every multiple of the bay.
             elements_per_bay: elements per fastener spacing.
             bay: fastener spacing [m].
             rail: (EI [N m2], mass [kg/m]).
@@ -97,25 +99,29 @@ class Track:
             "rails": rails,
         }
         parameters = complete(SlabParameters, SLAB_TRACKS, "slab track", name, given)
-        bays = parameters.bay_count(positive("track.length", length, "m"))
         per_bay = whole_number("track.elements_per_bay", elements_per_bay, 1)
-        return cls._held_at_ends(
-            "slab",
-            name or "slab",
-            parameters,
-            parameters.matrices(bays, per_bay),
-            length=bays * parameters.bay,
-            period=per_bay,
-            rail_EI=parameters.rail[0],
-            rayleigh=parameters.rayleigh,
-        )
+
+        def line(span: float) -> "Track":
+            bays = parameters.bay_count(span)
+            return cls._held_at_ends(
+                "slab",
+                name or "slab",
+                parameters,
+                parameters.matrices(bays, per_bay),
+                length=bays * parameters.bay,
+                period=per_bay,
+                rail_EI=parameters.rail[0],
+                rayleigh=parameters.rayleigh,
+            )
+
+        return _endless(line) if length == "endless" else line(positive("track.length", length, "m"))
 
     @classmethod
     def winkler(
         cls,
         name: str | None = None,
         *,
-        length: float,
+        length: float | str,
         elements: int | None = None,
         EI: float | None = None,
         mass: float | None = None,
@@ -128,8 +134,9 @@ class Track:
 
         Args:
             name: a set of the catalogue; the other arguments then replace its numbers.
-            length: length [m].
-            elements: number of elements; by default none is longer than a fifth of (4 EI / stiffness)^¼.
+            length: length [m], or "endless".
+            elements: number of elements; by default none is longer than a fifth of (4 EI / stiffness)^¼. An endless
+                track takes the default.
             EI: bending stiffness [N m2].
             mass: mass [kg/m].
             stiffness: bed stiffness [N/m2].
@@ -139,9 +146,19 @@ class Track:
         """
         given = {"EI": EI, "mass": mass, "stiffness": stiffness, "damping": damping, "rails": rails}
         parameters = complete(WinklerParameters, WINKLER_TRACKS, "winkler track", name, given)
+
+        def line(span: float, count: int) -> "Track":
+            return cls._line("winkler", name or "winkler", parameters, span, count, rayleigh)
+
+        if length == "endless":
+            if elements is not None:
+                raise ValueError(f"track.elements = {elements!r}: an endless track takes the default element length")
+            element = 100.0 / parameters.usual_element_count(100.0)
+            return _endless(
+                lambda span: line(element * np.ceil(span / element - 1e-9), int(np.ceil(span / element - 1e-9)))
+            )
         span = positive("track.length", length, "m")
-        count = parameters.usual_element_count(span) if elements is None else elements
-        return cls._line("winkler", name or "winkler", parameters, span, count, rayleigh)
+        return line(span, parameters.usual_element_count(span) if elements is None else elements)
 
     @classmethod
     def beam(
@@ -238,7 +255,7 @@ class Track:
         rows = [
             ("track", self.name if not self.source else f"{self.name} ({self.source})"),
             ("track rails", rails),
-            ("track length", f"{self.length:g} m"),
+            ("track length", f"{self.length:g} m" if self.window is None else f"endless, {self.length:g} m stepped"),
         ]
         if self.kind == "rigid":
             return rows
@@ -312,3 +329,12 @@ class Track:
             source=parameters.source,
             parameters=parameters,
         )
+
+
+def _endless(line: Callable[[float], Track]) -> Track:
+    """Return an endless track; the line it holds is a short stand-in until a window is made for a vehicle."""
+
+    def window(length: float) -> Track:
+        return replace(line(length), window=window)
+
+    return window(20.0)

@@ -1,20 +1,15 @@
 """Keys that are known but not yet available: taken out of a document before it is checked, each with a refusal."""
 
-from collections.abc import Iterator
 from typing import Any
 
 from tbatch.scenario.errors import Problem, shown
 
 DEFECT_KINDS = ("chord-flat", "periodic-flat", "joint", "weld", "settlement", "corrugation")
-LIMITS = ("separation.probability", "contact_force.max")
 
 _KEYS: dict[tuple[str, ...], str] = {
-    ("campaign", "stop"): "leave it out; campaign.runs samples are run at each speed",
     ("vehicle", "coach_pitch"): "leave it out; one vehicle is run",
     ("track", "sections"): "leave it out; the track is the same along the line",
     ("track", "matrices"): "a track.model",
-    ("speed", "distribution"): 'speed.values, such as ["200 km/h", "300 km/h"]',
-    ("vary",): "leave it out; all runs have the same vehicle, contact and irregularity numbers",
 }
 
 
@@ -25,18 +20,13 @@ def take_out_later(document: dict[str, Any]) -> list[Problem]:
         document: The parsed scenario; it is changed.
     """
     problems = []
-    for path, accepted in [*_KEYS.items(), *_limits()]:
+    for path, accepted in _KEYS.items():
         table = _at(document, path[:-1])
         if isinstance(table, dict) and path[-1] in table:
             value = table.pop(path[-1])
-            if not table and len(path) > 2:
-                del document[path[0]][path[1]]  # the table of a dotted limit
             told = None if isinstance(value, dict | list) else shown(value)
             problems.append(Problem(path, "is not yet available", told, accepted))
     track = document.get("track")
-    if isinstance(track, dict) and track.get("length") == "endless":
-        del track["length"]
-        problems.append(Problem(("track", "length"), "is not yet available", '"endless"', 'a length, such as "100 m"'))
     if isinstance(track, dict) and isinstance(track.get("model"), str) and "ballast" in track["model"]:
         told = shown(track.pop("model"))
         problems.append(
@@ -56,13 +46,6 @@ def take_out_later(document: dict[str, Any]) -> list[Problem]:
             problems.append(Problem(place, "is not yet available", shown(defect["kind"]), '"flat"'))
             defects[index] = {"kind": "flat", "at": 0.0, "depth": 0.0, "length": 1.0}  # its other keys are not ours
     return problems
-
-
-def _limits() -> Iterator[tuple[tuple[str, ...], str]]:
-    """The limits to come, written as one quoted key or as a dotted one."""
-    for name in LIMITS:
-        for path in (("limits", name), ("limits", *name.split("."))):
-            yield path, "limits.diverged; judge the others by the printed statistics"
 
 
 def _at(document: Any, path: tuple[str, ...]) -> Any:

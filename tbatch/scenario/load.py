@@ -15,11 +15,15 @@ from tbatch.scenario.fields import kind_of
 from tbatch.scenario.irregularity import complete_irregularity
 from tbatch.scenario.keep import complete_keep
 from tbatch.scenario.later import take_out_later
+from tbatch.scenario.limits import check_limits, gather_limits
 from tbatch.scenario.measured import MeasuredLevel, read_measured
-from tbatch.scenario.passage import Passage, complete_run
+from tbatch.scenario.passage import Passage, Speed, complete_run, complete_speed
+from tbatch.scenario.resolution import warn_of_step
+from tbatch.scenario.sampling import PLAN, Sampling
 from tbatch.scenario.section import accepted_at, inner_section
 from tbatch.scenario.surface import Surface, check_surface
 from tbatch.scenario.track import TrackSection, complete_track
+from tbatch.scenario.vary import complete_vary
 from tbatch.scenario.vehicle import VehicleSection, complete_vehicle
 
 
@@ -31,6 +35,7 @@ class Loaded:
     """All tables with every number, in SI."""
     passage: Passage
     surface: Surface
+    sampling: Sampling
 
 
 def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findings) -> Loaded | None:
@@ -50,9 +55,12 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
     """
     later = take_out_later(tables)
     findings.problems += later
+    if isinstance(tables.get("limits"), dict):
+        tables["limits"] = gather_limits(tables["limits"])
     incomplete = {problem.path[0] for problem in later}
     sections = _sections(tables, incomplete, findings)
-    campaign, speed, integration = (sections.get(name) for name in ("campaign", "speed", "integration"))
+    campaign, integration = (sections.get(name) for name in ("campaign", "integration"))
+    speed: Speed | None = _completed("speed", complete_speed, sections, findings)
 
     vehicle: VehicleSection | None = _completed("vehicle", complete_vehicle, sections, findings)
     track: TrackSection | None = _completed("track", complete_track, sections, findings)
@@ -67,6 +75,9 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
                 ("campaign", "name"), f"is missing, and the file's name {shown(stem)} cannot serve", accepted=accepted
             )
         sections["campaign"] = campaign.model_copy(update={"name": stem})
+    if campaign and campaign.stop and campaign.stop.max_runs < campaign.runs:
+        accepted = f"campaign.runs = {campaign.runs} or more"
+        findings.refuse(("campaign", "stop", "max_runs"), "is too few", value=campaign.stop.max_runs, accepted=accepted)
 
     passage = surface = None
     if vehicle and track and speed and integration and "run" in sections:
@@ -75,7 +86,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
             offsets=vehicle.offsets,
             track_kind=track.kind,
             track_length=track.built_length,
-            speeds=speed.values,
+            speeds=speed.range,
             step=integration.step,
             findings=findings,
         )
@@ -88,18 +99,50 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         sections["irregularity"] = irregularity
     if passage and irregularity and campaign and speed and integration:
         surface = Surface(irregularity, passage, campaign.seed, level)
-        check_surface(surface, max(speed.values), integration.step, findings)
-        if campaign.runs > 1 and not irregularity.is_random:
+        check_surface(surface, max(speed.range), integration.step, findings)
+        if campaign.runs > 1 and not irregularity.is_random and not sections.get("vary") and not speed.distribution:
             findings.warn(
                 "campaign.runs: nothing is random in this scenario, so all samples of a speed are the same run"
             )
+    if sections.get("vary") is not None:
+        sections["vary"] = complete_vary(sections["vary"], sections, findings) or None
+    sampling = _sampling(sections, findings) if campaign else None
+    if "limits" in sections:
+        check_limits(sections["limits"], findings)
     if "keep" in sections and track and speed and integration and campaign:
         sections["keep"] = complete_keep(
             sections["keep"], track.kind, integration.step, len(speed.values), campaign.runs, findings
         )
-    if findings.problems or passage is None or surface is None:
+    if findings.problems or passage is None or surface is None or sampling is None:
         return None
-    return Loaded(Document.model_construct(**sections), passage, surface)
+    document = Document.model_construct(**sections)
+    warn_of_step(document, level, findings)
+    return Loaded(document, passage, surface, sampling)
+
+
+def _sampling(sections: dict[str, Any], findings: Findings) -> Sampling:
+    """Return how samples differ in their numbers, and fill in what the campaign leaves open about it."""
+    campaign, speed = sections["campaign"], sections.get("speed")
+    distributions = dict(sections.get("vary") or {})
+    if speed is not None and speed.distribution is not None:
+        distributions["speed"] = speed.distribution
+    if not distributions:
+        for name in ("sampling", "plan"):
+            if getattr(campaign, name) is not None:
+                accepted = "beside [vary] or speed.distribution"
+                findings.refuse(("campaign", name), "has no effect: nothing varies", accepted=accepted)
+        return Sampling(campaign.seed)
+    method = campaign.sampling or "random"
+    latin = method == "latin-hypercube"
+    if campaign.plan is not None and not latin:
+        findings.refuse(("campaign", "plan"), f"has no effect with {method!r}", accepted='with "latin-hypercube"')
+    plan = campaign.plan or PLAN
+    whole = campaign.runs % plan == 0 if latin else (campaign.runs & (campaign.runs - 1)) == 0
+    if method != "random" and not whole:
+        wanted = f"whole plans of {plan}" if latin else "a power of two"
+        findings.warn(f"campaign.runs: {campaign.runs} samples are not {wanted}, so not fully balanced")
+    sections["campaign"] = sections["campaign"].model_copy(update={"sampling": method, "plan": plan if latin else None})
+    return Sampling(campaign.seed, method, plan, distributions)
 
 
 def _sections(tables: Mapping[str, Any], incomplete: set[Any], findings: Findings) -> dict[str, Any]:
@@ -113,7 +156,12 @@ def _sections(tables: Mapping[str, Any], incomplete: set[Any], findings: Finding
     sections: dict[str, Any] = {}
     for name, field in fields.items():
         section = inner_section(field.annotation)
-        assert section is not None
+        if section is None:  # a table of whatever keys, checked once the others are complete
+            if isinstance(given := tables.get(name), dict | None):
+                sections[name] = given
+            else:
+                findings.refuse((name,), f"is {kind_of(given)}, not a table")
+            continue
         try:
             sections[name] = section.model_validate(tables.get(name, {}), context=context)
         except ValidationError as error:

@@ -1,11 +1,13 @@
 """The [speed], [run] and [integration] tables: where a run begins and ends, how fast it goes and in which steps."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from tbatch.scenario.distribution import PlainTable, median, read_distribution
 from tbatch.scenario.errors import Findings
 from tbatch.scenario.fields import Quantity, Word, refuse
 from tbatch.scenario.section import Section
@@ -27,13 +29,51 @@ def _no_speed_twice(speeds: tuple[float, ...]) -> tuple[float, ...]:
     return speeds
 
 
+class DistributionTable(PlainTable):
+    """A distribution, read once the whole table is."""
+
+    def accepts(self, context: Mapping[str, Any] | None) -> str:
+        """Return an example."""
+        return '{ kind = "normal", mean = "300 km/h", std = "10 km/h" }'
+
+
 class Speed(Section):
-    """The speeds: each is a case of the campaign."""
+    """The speeds: each is a case of the campaign; or one case whose samples have speeds of a distribution."""
 
     values: Annotated[
         tuple[Annotated[float, _SPEED], ...], Field(min_length=1, max_length=1000), AfterValidator(_no_speed_twice)
-    ]
-    """Speeds [m/s], each once."""
+    ] = ()
+    """Speeds [m/s], each once; of a distribution its median, filled in."""
+    distribution: Annotated[dict[str, Any] | None, DistributionTable()] = None
+    """Distribution of the speed, instead of values."""
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Slowest and fastest speed that a run may have [m/s]."""
+        if self.distribution is not None:
+            return float(self.distribution["low"]), float(self.distribution["high"])
+        return min(self.values), max(self.values)
+
+
+def complete_speed(section: Speed, findings: Findings) -> Speed:
+    """Return the table with its distribution in SI, and its median as the one speed.
+
+    Args:
+        section: The table as read.
+        findings: Takes what is missing or contradicts itself.
+    """
+    if section.distribution is None:
+        if not section.values:
+            findings.refuse(("speed", "values"), "is missing", accepted='such as ["200 km/h"], or a distribution')
+        return section
+    numbers = read_distribution(section.distribution, _SPEED, ("speed", "distribution"), findings)
+    if numbers is None:
+        return section
+    middle = (median(numbers),)
+    if section.values not in ((), middle):
+        accepted = "either values or a distribution"
+        findings.refuse(("speed", "values"), "stands beside a distribution", value=section.values, accepted=accepted)
+    return section.model_copy(update={"distribution": numbers, "values": middle})
 
 
 class RunSection(Section):
@@ -42,7 +82,7 @@ class RunSection(Section):
     start: Annotated[float, _POSITION] = 30.0
     """x of wheel 1 at t = 0 [m]."""
     distance: Annotated[Any, Quantity("m", 0.01, 20e3, words=("auto",))] = "auto"
-    """Distance run [m]; "auto" runs until wheel 1 is 15 m before the end of the track."""
+    """Distance run [m]; "auto" runs until wheel 1 is 15 m before the end of the track. Given on an endless one."""
     taper: Annotated[float, Quantity("m", 0.0, 1000.0)] = 5.0
     """The irregularity fades in over this length from ``start`` [m]; 0 takes it as it is, everywhere."""
     evaluate_from: Annotated[float, _POSITION] = 10.0
@@ -108,7 +148,7 @@ def complete_run(
         run: The table as read.
         offsets: Distance of each wheel behind wheel 1 [m].
         track_kind: Kind of the track.
-        track_length: Its length as built [m].
+        track_length: Its length as built [m]; inf for an endless one.
         speeds: Speeds [m/s].
         step: Time step [s].
         findings: Takes what does not fit on the track.
@@ -117,8 +157,12 @@ def complete_run(
     before = len(findings.problems)
     fastest_step = max(speeds) * step
     auto = run.distance == "auto"
+    endless = math.isinf(track_length)
+    if endless and auto:
+        findings.refuse(("run", "distance"), "has no end to run to on an endless track", accepted="0.01 to 20000 m")
+        return run, None
     last = track_length - (END_MARGIN if auto else fastest_step)
-    if rear < 0.0 or run.start >= last:
+    if not endless and (rear < 0.0 or run.start >= last):
         what = f"puts wheel {len(offsets)} at x = {rear:g} m" if rear < 0.0 else "leaves no way to run"
         low = max(offsets)
         enough = f"track.length above {low + track_length - last:g} m"
@@ -155,7 +199,7 @@ def complete_run(
 
 def _warn(passage: Passage, track_kind: str, track_length: float, findings: Findings) -> None:
     """Note margins that are short and wheels that do not count."""
-    if track_kind in ("slab", "winkler"):
+    if track_kind in ("slab", "winkler") and not math.isinf(track_length):
         margins = (
             ("run.start", "behind the last wheel at the start", passage.low, REAR_MARGIN),
             (

@@ -2,11 +2,11 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +15,21 @@ from tbatch.scenario.contact import build_contact
 from tbatch.scenario.document import Document
 from tbatch.scenario.errors import Findings, Path, Problem, ScenarioError, dotted, place
 from tbatch.scenario.keep import Keep
+from tbatch.scenario.limits import DivergedLimit
 from tbatch.scenario.load import Loaded, load
 from tbatch.scenario.positions import key_lines
 from tbatch.scenario.source import Source, parse_override
 from tbatch.scenario.track import build_track
+from tbatch.scenario.vary import varied_section
 from tbatch.scenario.vehicle import build_vehicle
 
 if TYPE_CHECKING:
     from tbatch.engine.model import Model
     from tbatch.engine.runs import Runs
     from tbatch.physics.irregularity import Irregularity
+
+T = TypeVar("T")
+Pair = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +137,8 @@ class Scenario:
     @property
     def limits_diverged(self) -> int:
         """How many runs may diverge."""
-        return self.document.limits.diverged.max
+        limits: DivergedLimit = self.document.limits
+        return limits.diverged.max
 
     def evaluated_length(self, case: int = 0, wheel: int = 1) -> float:
         """Return the length over which a wheel counts in a run [m].
@@ -183,7 +189,17 @@ class Scenario:
         Args:
             sample: Index of the sample, from 0.
         """
-        return self._loaded.surface.sample(sample)
+        surface = self._loaded.surface
+        varied = varied_section("irregularity", surface.section, self.varied(sample))
+        return (surface if varied is surface.section else replace(surface, section=varied)).sample(sample)
+
+    def varied(self, sample: int) -> dict[str, float]:
+        """Return the numbers of a sample that differ from those of others, by dotted key, in SI.
+
+        Args:
+            sample: Index of the sample, from 0.
+        """
+        return self._loaded.sampling.numbers(sample)
 
     def runs(self, pairs: Sequence[tuple[int, int]]) -> tuple["Runs", NDArray[np.float64]]:
         """Return the table of inputs of some runs; runs of one sample share its running surface.
@@ -201,16 +217,30 @@ class Scenario:
                 raise ValueError(
                     f"run (case {case}, sample {sample}): case must be 0 to {len(self.speeds) - 1}, sample 0 or more"
                 )
-        surfaces = {sample: self.irregularity(sample) for sample in sorted({sample for _, sample in pairs})}
-        speed = np.array([self.speeds[case] for case, _ in pairs])
+        samples = sorted({sample for _, sample in pairs})
+        surfaces = {sample: self.irregularity(sample) for sample in samples}
+        numbers = {sample: self.varied(sample) for sample in samples}
+        speed = np.array([numbers[sample].get("speed", self.speeds[case]) for case, sample in pairs])
         passage = self._loaded.passage
         runs = Runs(
             speed=speed,
             irregularity=[surfaces[sample] for _, sample in pairs],
             start=passage.start,
             evaluate_from=passage.evaluate_from,
+            vehicle=self._built("vehicle", build_vehicle, numbers, pairs),
+            contact=self._built("contact", build_contact, numbers, pairs),
         )
         return runs, passage.distance / speed
+
+    def _built(
+        self, name: str, build: Callable[[Any], T], numbers: Mapping[int, Mapping[str, float]], pairs: Sequence[Pair]
+    ) -> list[T] | None:
+        """The vehicle or contact of each run; None where they are the model's own."""
+        if not any(key.startswith(f"{name}.") for key in self.document.vary or ()):
+            return None
+        section = getattr(self.document, name)
+        built = {sample: build(varied_section(name, section, given)) for sample, given in numbers.items()}
+        return [built[sample] for _, sample in pairs]
 
     @staticmethod
     def json_schema() -> dict[str, Any]:
@@ -245,14 +275,15 @@ def _set(tables: dict[str, Any], path: Path, value: Any) -> Path | None:
     """
     table: Any = tables
     for count, key in enumerate(path, start=1):
+        place: Any = key
         if isinstance(table, list):
             if not (isinstance(key, str) and key.isdecimal() and int(key) < len(table)):
                 return path[: count - 1]
-            key = int(key)
+            place = int(key)
         elif not isinstance(table, dict):
             return path[: count - 1]
         if count == len(path):
-            table[key] = value
+            table[place] = value
         else:
-            table = table[key] if isinstance(table, list) else table.setdefault(key, {})
+            table = table[place] if isinstance(table, list) else table.setdefault(place, {})
     return None

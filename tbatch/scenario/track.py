@@ -1,5 +1,6 @@
 """The [track] table: what a user may write, completed from the catalogue, built."""
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tbatch.physics.catalogue.tracks import SLAB_TRACKS, WINKLER_TRACKS
@@ -44,8 +45,9 @@ class TrackSection(Section):
 
     model: Annotated[str, Word(track_models)]
     """A catalogue name, or "slab", "winkler", "beam" or "rigid" with all numbers given."""
-    length: Annotated[float, Quantity("m", 1.0, 20e3)]
-    """Length of the line [m]; a slab track is rounded up to whole fastener bays."""
+    length: Annotated[Any, Quantity("m", 1.0, 20e3, words=("endless",))]
+    """Length of the line [m], a slab track rounded up to whole fastener bays; "endless" steps a window around the
+    vehicle, of a slab or winkler track."""
     elements_per_bay: Annotated[int | None, Count(1, 64)] = None
     """Beam elements per fastener bay of a slab track, 1 by default."""
     bay: Annotated[float | None, Quantity("m", 0.1, 10.0)] = None
@@ -87,10 +89,17 @@ class TrackSection(Section):
         return "winkler" if self.model in WINKLER_TRACKS else self.model
 
     @property
+    def endless(self) -> bool:
+        """Whether the track has no ends."""
+        return bool(self.length == "endless")
+
+    @property
     def built_length(self) -> float:
-        """Length as built [m]: a completed slab track has whole bays."""
+        """Length as built [m]: a completed slab track has whole bays; inf for an endless one."""
+        if self.endless:
+            return math.inf
         if self.kind != "slab":
-            return self.length
+            return float(self.length)
         parameters = slab_parameters(self)
         return parameters.bay_count(self.length) * parameters.bay
 
@@ -105,10 +114,15 @@ def complete_track(section: TrackSection, findings: Findings) -> TrackSection:
     kind, before = section.kind, len(findings.problems)
     what = f'the track "{section.model}"' if section.model != kind else f"a {kind} track"
     refuse_foreign(section, "track", {"model", "length", *_KEYS[kind]}, what, findings)
+    if section.endless and kind not in ("slab", "winkler"):
+        findings.refuse(
+            ("track", "length"), f"is for slab and winkler tracks; {what} has ends", accepted="a length [m]"
+        )
+        return section.model_copy(update={"length": 100.0})
     if kind == "slab":
         section = complete(section, "track", SlabParameters, _entry(section), findings)
         per_bay = section.elements_per_bay or 1
-        if len(findings.problems) == before:
+        if len(findings.problems) == before and not section.endless:
             count = slab_parameters(section).bay_count(section.length) * per_bay
             if count > _MOST_ELEMENTS:
                 _refuse_elements(section, "elements_per_bay", count, findings)
@@ -117,7 +131,11 @@ def complete_track(section: TrackSection, findings: Findings) -> TrackSection:
     section = section.model_copy(update={"rayleigh": Rayleigh(alpha=rayleigh[0] or 0.0, beta=rayleigh[1] or 0.0)})
     if kind == "winkler":
         section = complete(section, "track", WinklerParameters, _entry(section), findings)
-        if section.elements is None and len(findings.problems) == before:
+        if section.endless:
+            if section.elements is not None:
+                message = "cannot be given for an endless track, which takes its usual element length"
+                findings.refuse(("track", "elements"), message, accepted="nothing")
+        elif section.elements is None and len(findings.problems) == before:
             numbers = {name: getattr(section, name) for name in _WINKLER_NUMBERS}
             count = WinklerParameters(**numbers).usual_element_count(section.length)
             if count > _MOST_ELEMENTS:

@@ -15,6 +15,7 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
     "s": ("time", "0.1 ms"),
     "kg": ("mass", "40 t"),
     "kg*m^2": ("moment of inertia", "1500 t*m^2"),
+    "N": ("force", "250 kN"),
     "N/m": ("stiffness", "60 MN/m"),
     "N/m^2": ("stiffness per metre of track", "60 MN/m^2"),
     "N*s/m": ("damping", "47.7 kN*s/m"),

@@ -51,6 +51,10 @@ def histories_to_keep(campaign: Campaign) -> SaveAt:
     keep, track = campaign.scenario.keep, campaign.scenario.model().track
     channels = tuple(dict.fromkeys(("contact_force", *(keep.channels or ()))))
     every = float(keep.every or campaign.step)
+    if track.window is not None:
+        # The places of an endless track come and go; the rail under the wheels stays.
+        channels = tuple(name for name in channels if name not in (*LAYERS, "rail_acceleration"))
+        channels = tuple(dict.fromkeys((*channels, "rail_under_wheel")))
     layers = sum(name in LAYERS or name == "rail_acceleration" for name in channels)
     if not layers:
         return SaveAt(every, channels)

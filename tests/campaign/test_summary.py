@@ -42,8 +42,8 @@ def test_no_and_only_separated_runs_are_printed_with_one_sided_looking_intervals
     table = pa.Table.from_pylist([none, full], schema=STATISTICS_SCHEMA)
     monkeypatch.setattr(campaign, "statistics", lambda any_wheelset=False: table)
     lines = summary_text(campaign).splitlines()
-    assert lines[2].split() == "0 1 100 0 0.000 0.000 to 0.036 0 - -".split()
-    assert lines[3].split() == "0 2 100 100 1.000 0.964 to 1.000 0 2.50 250.0".split()
+    assert lines[2].split() == "0 1 100 0 0.000 0.000 to 0.036 0 0 to 0 - -".split()
+    assert lines[3].split() == "0 2 100 100 1.000 0.964 to 1.000 0 0 to 0 2.50 250.0".split()
 
 
 def test_the_document_is_json_with_null_where_there_is_no_number(campaign, monkeypatch):

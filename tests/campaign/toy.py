@@ -45,6 +45,10 @@ class ToyScenario:
             "irregularity": {"defect": [{"kind": "flat", "depth": 1e-3}]},
         }
 
+    def varied(self, sample: int) -> dict[str, float]:
+        """What differs from sample to sample."""
+        return {}
+
     def evaluated_length(self, case: int) -> float:
         """Length over which wheel 1 counts [m]."""
         return 45.0

@@ -6,6 +6,7 @@ from engine_cases import LAWS, TRACKS, OneRun, corrugation, model, reference, wh
 
 from tbatch.engine.model import Model
 from tbatch.engine.result import Result
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.engine.simulate import simulate
 from tbatch.numerics.reference import hermite_at
@@ -76,16 +77,22 @@ def assert_same(result: Result, run: int, one: OneRun, of: Model) -> None:
         assert event["gap"] == max((of.rest.constants.separation[wheel_number] - apart).max(), 0.0)
 
 
-def rough_runs(of: Model, count: int = 10) -> Runs:
-    """Runs that differ in speed, irregularity and place, rough enough that wheels leave the rail."""
-    back = float(of.vehicle.wheel_offsets.max())
-    start = back + 2.0 + 0.137 * np.arange(count)
+def rough_runs(of: Model) -> Runs:
+    """Runs rough enough that wheels leave the rail: a block of different courses, one of one course, and two more.
+
+    Where all lanes of a block keep one course, the kernels serve them all at once.
+    """
+    count = 2 * LANES + 2
+    place = np.where(np.arange(count) // LANES == 1, LANES, np.arange(count))
+    start = float(of.vehicle.wheel_offsets.max()) + 2.0 + 0.037 * place
     rough = [corrugation(0.6e-3, 0.7 * run) for run in range(count)]
-    rough[1] = rough[1].taper(float(start[1]) - 0.5, 1.0) + Irregularity.flat(0.4e-3, 0.06, float(start[1]) + 0.05)
-    rough[-1] = Irregularity.flat(0.4e-3, 0.06, float(start[-1]) + 0.02) + Irregularity.flat(
-        0.5e-3, 0.05, float(start[-1]) + 0.11
-    )
-    return Runs(speed=np.linspace(38.0, 62.0, count), irregularity=rough, start=start)
+    for run in (1, LANES + 1):
+        rough[run] = rough[run].taper(float(start[run]) - 0.5, 1.0) + Irregularity.flat(
+            0.4e-3, 0.06, float(start[run]) + 0.05
+        )
+    first = float(start[-1])
+    rough[-1] = Irregularity.flat(0.4e-3, 0.06, first + 0.02) + Irregularity.flat(0.5e-3, 0.05, first + 0.11)
+    return Runs(speed=38.0 + 0.7 * place, irregularity=rough, start=start)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -95,7 +102,7 @@ def test_kernels_equal_the_reference_bit_for_bit(vehicle, track, splitting, law)
     runs, duration = rough_runs(of), STEPS * of.step
     result = simulate(of, runs, duration, save=saved(of), threads=1)
     forces = []
-    for run in (1, len(runs) - 2, len(runs) - 1):
+    for run in (1, LANES + 1, 2 * LANES + 1):
         one = reference(of, runs, duration, run)
         assert one.steps == STEPS
         assert_same(result, run, one, of)

@@ -5,13 +5,14 @@ import pytest
 from engine_cases import corrugation, model, reference
 from separation_rules import separations
 
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.engine.simulate import simulate
 from tbatch.physics.irregularity import Irregularity
 from tbatch.physics.vehicle import Vehicle
 
 STEPS = 150
-COUNT = 9
+COUNT = LANES + 1
 SICK = 3
 
 
@@ -28,28 +29,29 @@ def cliff() -> Irregularity:
     return corrugation(0.7e-3, SICK) + waves.taper(5.2, 0.1)
 
 
-def table(**changes) -> Runs:
-    """Nine rough runs of the column."""
+def table(*, common: bool = False, **changes) -> Runs:
+    """Rough runs of the column, a block and one more, on courses of their own or all on one."""
+    number = np.full(COUNT, SICK) if common else np.arange(COUNT)
     entries = {
-        "speed": np.linspace(40.0, 60.0, COUNT),
+        "speed": 40.0 + 1.5 * number,
         "irregularity": [corrugation(0.7e-3, run) for run in range(COUNT)],
-        "start": 5.0 + 0.01 * np.arange(COUNT),
+        "start": 5.0 + 0.01 * number,
         "evaluate_from": 0.02,
     }
     return Runs(**(entries | changes))
 
 
-def sick_by_vehicle() -> Runs:
+def sick_by_vehicle(*, common: bool) -> Runs:
     of = model("column", "winkler")
     vehicles = [of.vehicle] * COUNT
     vehicles[SICK] = unstable()
-    return table(vehicle=vehicles)
+    return table(common=common, vehicle=vehicles)
 
 
-def sick_by_surface() -> Runs:
+def sick_by_surface(*, common: bool) -> Runs:
     surfaces = [corrugation(0.7e-3, run) for run in range(COUNT)]
     surfaces[SICK] = cliff()
-    return table(irregularity=surfaces)
+    return table(common=common, irregularity=surfaces)
 
 
 def simulated(runs: Runs, **options):
@@ -58,10 +60,16 @@ def simulated(runs: Runs, **options):
     return simulate(of, runs, STEPS * of.step, save=save, threads=1, **options)
 
 
+@pytest.fixture(scope="module", params=["own courses", "one course"])
+def common(request):
+    """Whether all runs keep one course, where the kernels serve all lanes at once."""
+    return request.param == "one course"
+
+
 @pytest.fixture(scope="module", params=[sick_by_vehicle, sick_by_surface], ids=lambda one: one.__name__)
-def sick(request):
+def sick(request, common):
     """A table with one run that diverges, and what it gives."""
-    runs = request.param()
+    runs = request.param(common=common)
     return runs, simulated(runs)
 
 
@@ -86,9 +94,9 @@ def test_its_histories_are_nan_from_there_on(sick):
 
 
 @pytest.mark.parametrize("chunk", [1, 16, 1000])
-def test_its_neighbours_are_those_of_a_sound_batch(sick, chunk):
+def test_its_neighbours_are_those_of_a_sound_batch(sick, common, chunk):
     _, result = sick
-    sound = simulated(table(), chunk=chunk)
+    sound = simulated(table(common=common), chunk=chunk)
     assert (sound.status == 0).all()
     others = [run for run in range(COUNT) if run != SICK]
     for name, history in sound.channels.items():

@@ -10,10 +10,12 @@ import pytest
 from bits import case, digests, simulated
 from engine_cases import corrugation, model
 
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt
 from tbatch.engine.simulate import bytes_per_run, simulate
 
-COUNT = 33
+COUNT = 2 * LANES + 1
+"""Two full blocks and one run more."""
 
 
 @pytest.fixture(scope="module")
@@ -46,12 +48,12 @@ def test_runs_differ_from_each_other(together):
     assert result.separations.num_rows > COUNT
 
 
-@pytest.mark.parametrize("number", [0, 4, 5, 9, 32])
+@pytest.mark.parametrize("number", [0, 4, 5, 9, COUNT - 1])
 def test_alone_a_run_has_the_same_bits(together, number):
     assert digests(simulated([number])) == [together[number]]
 
 
-@pytest.mark.parametrize("size", [7, 8, 9])
+@pytest.mark.parametrize("size", [7, 8, 9, LANES - 1, LANES, LANES + 1])
 def test_batches_of_any_size_have_the_same_bits(together, size):
     for first in range(0, COUNT, size):
         numbers = range(first, min(first + size, COUNT))
@@ -65,7 +67,15 @@ def test_order_and_lane_do_not_matter(together, seed):
 
 
 def test_a_run_may_share_its_block_with_copies_of_itself(together):
-    assert digests(simulated([3] * 9)) == [together[3]] * 9
+    # One course in every lane: they are served at once.
+    assert digests(simulated([3] * (LANES + 1))) == [together[3]] * (LANES + 1)
+
+
+@pytest.mark.parametrize("stranger", [4, 11])
+def test_one_stranger_among_copies_changes_nothing(together, stranger):
+    # Its course, or its length alone, keeps the lanes from being served at once.
+    numbers = [3, 3, stranger, *[3] * LANES]
+    assert digests(simulated(numbers)) == [together[number] for number in numbers]
 
 
 @pytest.mark.parametrize("chunk", [1, 3, 17, 10_000])
@@ -73,7 +83,7 @@ def test_the_length_of_a_launch_does_not_matter(together, chunk):
     assert digests(simulated(range(COUNT), chunk=chunk)) == together
 
 
-@pytest.mark.parametrize(("runs_held", "batches"), [(0, {5}), (16, {3, 5}), (1000, {1})])
+@pytest.mark.parametrize(("runs_held", "batches"), [(0, {-(-COUNT // LANES)}), (16, {2, 3}), (1000, {1})])
 def test_limited_memory_makes_more_batches_of_the_same_bits(together, runs_held, batches):
     launches = []
     result = simulated(
@@ -83,7 +93,7 @@ def test_limited_memory_makes_more_batches_of_the_same_bits(together, runs_held,
         progress=lambda progress: launches.append(progress.run_steps_done),
     )
     assert digests(result) == together
-    # One launch a batch; a batch holds whole blocks of eight runs, however little memory there is.
+    # One launch a batch; a batch holds whole blocks, however little memory there is.
     assert len(launches) in batches
     assert launches[-1] == result.steps.sum()
 
@@ -91,9 +101,9 @@ def test_limited_memory_makes_more_batches_of_the_same_bits(together, runs_held,
 def test_a_fresh_process_gives_the_same_bits_with_one_and_with_two_threads(together):
     assert in_a_fresh_process(1) == together
     # From sixteen blocks on the second thread has work.
-    many = digests(simulated(range(16 * 8 + 1)))
+    many = digests(simulated(range(16 * LANES + 1)))
     assert many[:COUNT] == together
-    assert in_a_fresh_process(2, 16 * 8 + 1) == many
+    assert in_a_fresh_process(2, 16 * LANES + 1) == many
 
 
 def test_threads_may_change_within_a_process(together):

@@ -45,7 +45,7 @@ class DirectIntegration:
     exponent: float
     speed: float
     start: float
-    level: Callable[[np.ndarray], np.ndarray] = lambda x: np.zeros_like(x)  # noqa: E731
+    level: Callable[[np.ndarray], np.ndarray] = lambda x: np.zeros_like(x)
     rail_EI: float | None = None
     """for the local rail compliance; None leaves it out"""
     breaks: tuple[float, ...] = ()
@@ -69,7 +69,7 @@ class DirectIntegration:
     # Kinematics -------------------------------------------------------------------------------------------------------
 
     def positions(self, t: float) -> np.ndarray:
-        """x of each wheel [m]."""
+        """X of each wheel [m]."""
         return self.start + self.speed * t - self.vehicle.wheel_offsets
 
     def shape(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -83,7 +83,7 @@ class DirectIntegration:
         return dofs, values.T * self.moves[dofs], local
 
     def clearance(self, t: float, y: np.ndarray) -> np.ndarray:
-        """z - N u - r: the overlap without the local rail compliance [m], shape (wheel,)."""
+        """Z - N u - r: the overlap without the local rail compliance [m], shape (wheel,)."""
         x = self.positions(t)
         dofs, values, _ = self.shape(x)
         return y[self.wheels] - (values * y[self.nv + dofs]).sum(1) - self.level(x)
@@ -231,5 +231,3 @@ class DirectIntegration:
 def worst(a: np.ndarray, b: np.ndarray) -> float:
     """Largest absolute difference."""
     return float(np.abs(a - b).max())
-
-

@@ -3,11 +3,13 @@
 import taichi as ti
 
 from tbatch.engine.kernels.contact import solve_contact
+from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces, rail_under_wheels
 from tbatch.engine.kernels.record import end_diverged, end_finished, follow_separations, take_statistics
 from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample
-from tbatch.engine.kernels.sweeps import backward_sweep_first, backward_sweep_second, forward_sweep
+from tbatch.engine.kernels.sweeps import backward_sweep, forward_sweep
+from tbatch.engine.kernels.travel import follow_vehicle
 from tbatch.engine.kernels.vehicle import pull_wheels, vehicle_first, vehicle_load_first, vehicle_second
-from tbatch.engine.kernels.wheels import Four, free_overlaps, push_rail, rail_under_wheels
+from tbatch.engine.kernels.wheels import Four
 from tbatch.engine.rows import LANES
 
 Lanes = ti.types.vector(LANES, ti.f64)
@@ -28,6 +30,9 @@ def advance(
     elements: ti.i32,
     element_length: ti.f64,
     compliance: ti.f64,
+    period: ti.f64,
+    period_elements: ti.i32,
+    home: ti.f64,
     rows: ti.types.ndarray(ti.f64, 3),
     node_class: ti.types.ndarray(ti.i32, 1),
     columns: ti.types.ndarray(Four, 3),
@@ -37,7 +42,8 @@ def advance(
     wheel_dofs: ti.types.ndarray(ti.i32, 1),
     probe_rows: ti.types.ndarray(ti.i32, 2),
     probe_shape: ti.types.ndarray(ti.f64, 2),
-    # constant runs: irregularities and wheel profiles
+    # constant runs: blocks whose lanes keep the same course; irregularities and wheel profiles
+    lockstep: ti.types.ndarray(ti.i32, 1),
     segment_real: ti.types.ndarray(ti.f64, 2),
     segment_whole: ti.types.ndarray(ti.i32, 2),
     coefficients: ti.types.ndarray(ti.f64, 1),
@@ -69,41 +75,43 @@ def advance(
                     begin_probes(memory, probe_rows, probe_shape, displacement, velocity, b, probe_memory)
                 good = memory[b, at.active]
 
-                # Loads of substep 1: the vehicle's, and f₀ of the track, whose other terms the last sweep has left.
+                # On an endless track the line has to follow the vehicle; its load is then made anew (half -1).
+                first_half = 0
+                if ti.static(pattern.dofs > 0):
+                    if period_elements > 0:
+                        first_half = follow_vehicle(
+                            at, pattern, memory, marks, lockstep, b, n, step, period, period_elements, home,
+                            displacement, velocity,
+                        )  # fmt: skip
                 vehicle_load_first(at, memory, wheel_dofs, b, scheme)
-                push_rail(at, pattern, memory, marks, load, b)
 
-                for half in range(2):
-                    rate = half * (rows.shape[0] - 1)
+                for half in range(first_half, 2):
+                    rate = ti.max(half, 0) * (rows.shape[0] - 1)
                     when = ti.cast(n, ti.f64) + ti.select(half == 0, scheme[5], 1.0)
-
-                    # The contact forces at the substep's end, exactly.
-                    free_overlaps(
-                        at, pattern, memory, marks, wheel_dofs, b, rate, half, when, step,
-                        element_length, elements, compliance, columns, element_class, window_start,
-                        segment_real, segment_whole, coefficients, displacement, load,
-                    )  # fmt: skip
-                    solved = solve_contact(at, memory, b)
-                    good = ti.select(solved > 0.5, good, 0.0 * solved)
-
+                    if half == 0:
+                        # f₀; the other terms of the track's load stand there already.
+                        push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
+                    if half >= 0:
+                        # The contact forces at the substep's end, exactly; then the loads with them.
+                        free_overlaps(
+                            at, pattern, memory, marks, wheel_dofs, lockstep, b, rate, half, when, step,
+                            element_length, elements, period, compliance, columns, element_class, window_start,
+                            segment_real, segment_whole, coefficients, displacement, load,
+                        )  # fmt: skip
+                        solved = solve_contact(at, memory, b)
+                        good = ti.select(solved > 0.5, good, 0.0 * solved)
+                        pull_wheels(at, memory, wheel_dofs, b)
+                        push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
                     # Both subsystems with these forces, and their loads for the next substep.
-                    pull_wheels(at, memory, wheel_dofs, b)
-                    push_rail(at, pattern, memory, marks, load, b)
                     if ti.static(pattern.dofs > 0):
-                        forward_sweep(pattern, rows, node_class, rate, b, load)
-                        if half == 0:
-                            backward_sweep_first(
-                                pattern, rows, node_class, rate, b, scheme, displacement, velocity, load
-                            )
-                        else:
-                            backward_sweep_second(
-                                pattern, rows, node_class, rate, b, scheme, displacement, velocity, load
-                            )
+                        if half >= 0:
+                            forward_sweep(pattern, rows, node_class, rate, b, load)
+                        backward_sweep(pattern, rows, node_class, rate, half, b, scheme, displacement, velocity, load)
                     if half == 0:
                         vehicle_first(at, memory, wheel_dofs, b, rate, scheme)
                         if sampled:
                             middle_probes(memory, probe_rows, probe_shape, displacement, b, probe_memory, scheme)
-                    else:
+                    elif half == 1:
                         vehicle_second(at, memory, b, rate, scheme)
 
                 # What is kept of the step, and which runs it ends.
@@ -112,7 +120,7 @@ def advance(
                 take_statistics(at, accumulators, memory, marks, statistic_rows, b, time, rows_per_wheel, counters)
                 follow_separations(at, memory, marks, events, b, n + 1, watch, time)
                 if sampled:
-                    rail_under_wheels(at, pattern, memory, marks, displacement, b)
+                    rail_under_wheels(at, pattern, memory, marks, lockstep, displacement, b)
                     write_sample(
                         at, memory, sample_rows, samples, probe_rows, probe_shape, displacement, velocity,
                         b, (n + 1) // every - first_sample, probe_memory, scheme,

@@ -41,101 +41,83 @@ def forward_sweep(pattern: ti.template(), rows: ti.template(), node_class: ti.te
 
 
 @ti.func
-def backward_sweep_first(
-    pattern: ti.template(), rows: ti.template(), node_class: ti.template(), rate, b, scheme: ti.template(),
+def backward_sweep(
+    pattern: ti.template(), rows: ti.template(), node_class: ti.template(), rate, half, b, scheme: ti.template(),
     displacement: ti.template(), velocity: ti.template(), load: ti.template(),
 ):  # fmt: skip
-    """Substep 1: increments d = u₁ - u₀ from node to node, and with them the load of substep 2.
+    """Solutions x_i = t_i - B_i x_i+1, and with them the load M p - C q of the next substep, in place of the old one.
 
-    v₁ = (2/h) d - v₀;  w = c₁u₀ + c₂u₁ replaces u₀;  p = -(c₁v₀ + c₂v₁ + c₃w);  load becomes M p - C w.
+    Substep 1 (half 0) gives x = u₁ + u₀:  v₁ = (2/h)(u₁ - u₀) - v₀;  q = c₁u₀ + c₂u₁, kept in place of u₀;
+    p = -(c₁v₀ + c₂v₁ + c₃q). Substep 2 gives x = u₂:  v₂ = q + c₃u₂;  then p = (4/h)((2/h) u₂ + v₂), q = -(4/h) u₂.
+    With half -1 nothing is solved: the load is made anew from u and v as they stand.
     """
-    c1, c2, c3, two_h = scheme[0], scheme[1], scheme[2], scheme[3]
+    c1, c2, c3, two_h, four_h = scheme[0], scheme[1], scheme[2], scheme[3], scheme[4]
     nodes = node_class.shape[0]
-    zero = load[b, 0] * 0.0
-    d_next = [zero for _ in ti.static(range(pattern.dofs))]
-    p_next = [zero for _ in ti.static(range(pattern.dofs))]
-    w_next = [zero for _ in ti.static(range(pattern.dofs))]
-    half_done = [zero for _ in ti.static(range(pattern.dofs))]
+    x = [load[b, 0] * 0.0 for _ in ti.static(range(pattern.dofs))]
+    p = [load[b, 0] * 0.0 for _ in ti.static(range(pattern.dofs))]
+    q = [load[b, 0] * 0.0 for _ in ti.static(range(pattern.dofs))]
+    done = [load[b, 0] * 0.0 for _ in ti.static(range(pattern.dofs))]
+    ahead = [load[b, 0] * 0.0 for _ in ti.static(range(pattern.dofs))]
     for back in range(nodes):
         node = nodes - 1 - back
-        kind = node_class[node]
-        d = [load[b, node * pattern.dofs + r] for r in ti.static(range(pattern.dofs))]
-        p = [zero for _ in ti.static(range(pattern.dofs))]
-        w = [zero for _ in ti.static(range(pattern.dofs))]
-        for r in ti.static(range(pattern.dofs)):
-            d[r] = d[r] + row_product(rows, rate, kind, pattern.back[r], d_next)
-        for r in ti.static(range(pattern.dofs)):
-            u0 = displacement[b, node * pattern.dofs + r]
-            v0 = velocity[b, node * pattern.dofs + r]
-            u1 = u0 + d[r]
-            v1 = two_h * d[r] - v0
-            w[r] = c1 * u0 + c2 * u1
-            p[r] = 0.0 - ((c1 * v0 + c2 * v1) + c3 * w[r])
-            displacement[b, node * pattern.dofs + r] = w[r]
-        if back > 0:
-            above = node_class[node + 1]
+        if half >= 0:
+            take_back(pattern, rows, rate, node_class[node], b, node, load, x)
+        if half == 0:
             for r in ti.static(range(pattern.dofs)):
-                load[b, (node + 1) * pattern.dofs + r] = half_done[r] + (
-                    row_product(rows, rate, above, pattern.mass.previous[r], p)
-                    + row_product(rows, rate, above, pattern.damping.previous[r], w)
-                )
-        for r in ti.static(range(pattern.dofs)):
-            half_done[r] = (
-                row_product(rows, rate, kind, pattern.mass.own[r], p)
-                + row_product(rows, rate, kind, pattern.mass.following[r], p_next)
-            ) + (
-                row_product(rows, rate, kind, pattern.damping.own[r], w)
-                + row_product(rows, rate, kind, pattern.damping.following[r], w_next)
-            )
-        for r in ti.static(range(pattern.dofs)):
-            d_next[r] = d[r]
-            p_next[r] = p[r]
-            w_next[r] = w[r]
+                u0 = displacement[b, node * pattern.dofs + r]
+                v0 = velocity[b, node * pattern.dofs + r]
+                u1 = x[r] - u0
+                v1 = two_h * (u1 - u0) - v0
+                q[r] = c1 * u0 + c2 * u1
+                p[r] = 0.0 - ((c1 * v0 + c2 * v1) + c3 * q[r])
+                displacement[b, node * pattern.dofs + r] = q[r]
+        else:
+            for r in ti.static(range(pattern.dofs)):
+                v2 = velocity[b, node * pattern.dofs + r]
+                if half == 1:
+                    v2 = displacement[b, node * pattern.dofs + r] + c3 * x[r]
+                    displacement[b, node * pattern.dofs + r] = x[r]
+                    velocity[b, node * pattern.dofs + r] = v2
+                else:
+                    x[r] = displacement[b, node * pattern.dofs + r]
+                p[r] = four_h * (two_h * x[r] + v2)
+                q[r] = 0.0 - four_h * x[r]
+        carry_products(pattern, rows, node_class, rate, b, node, back, p, q, done, ahead, load)
     for r in ti.static(range(pattern.dofs)):
-        load[b, r] = half_done[r]
+        load[b, r] = done[r]
 
 
 @ti.func
-def backward_sweep_second(
-    pattern: ti.template(), rows: ti.template(), node_class: ti.template(), rate, b, scheme: ti.template(),
-    displacement: ti.template(), velocity: ti.template(), load: ti.template(),
-):  # fmt: skip
-    """Substep 2: u₂ from node to node, v₂ = w + c₃u₂, and the next load, (4/h) M v₂ - 2 K u₂."""
-    c3, four_h = scheme[2], scheme[4]
-    nodes = node_class.shape[0]
-    zero = load[b, 0] * 0.0
-    u_next = [zero for _ in ti.static(range(pattern.dofs))]
-    v_next = [zero for _ in ti.static(range(pattern.dofs))]
-    half_done = [zero for _ in ti.static(range(pattern.dofs))]
-    for back in range(nodes):
-        node = nodes - 1 - back
-        kind = node_class[node]
-        u = [load[b, node * pattern.dofs + r] for r in ti.static(range(pattern.dofs))]
-        v = [zero for _ in ti.static(range(pattern.dofs))]
-        for r in ti.static(range(pattern.dofs)):
-            u[r] = u[r] + row_product(rows, rate, kind, pattern.back[r], u_next)
-        for r in ti.static(range(pattern.dofs)):
-            v2 = displacement[b, node * pattern.dofs + r] + c3 * u[r]
-            displacement[b, node * pattern.dofs + r] = u[r]
-            velocity[b, node * pattern.dofs + r] = v2
-            v[r] = four_h * v2
-        if back > 0:
-            above = node_class[node + 1]
-            for r in ti.static(range(pattern.dofs)):
-                load[b, (node + 1) * pattern.dofs + r] = half_done[r] + (
-                    row_product(rows, rate, above, pattern.mass.previous[r], v)
-                    + row_product(rows, rate, above, pattern.stiffness.previous[r], u)
-                )
-        for r in ti.static(range(pattern.dofs)):
-            half_done[r] = (
-                row_product(rows, rate, kind, pattern.mass.own[r], v)
-                + row_product(rows, rate, kind, pattern.mass.following[r], v_next)
-            ) + (
-                row_product(rows, rate, kind, pattern.stiffness.own[r], u)
-                + row_product(rows, rate, kind, pattern.stiffness.following[r], u_next)
-            )
-        for r in ti.static(range(pattern.dofs)):
-            u_next[r] = u[r]
-            v_next[r] = v[r]
+def take_back(pattern: ti.template(), rows: ti.template(), rate, kind, b, node, load: ti.template(), x: ti.template()):
+    """x_i = t_i - B_i x_i+1, in place of the following node's x."""
+    t = [load[b, node * pattern.dofs + r] for r in ti.static(range(pattern.dofs))]
     for r in ti.static(range(pattern.dofs)):
-        load[b, r] = half_done[r]
+        t[r] = t[r] + row_product(rows, rate, kind, pattern.back[r], x)
+    for r in ti.static(range(pattern.dofs)):
+        x[r] = t[r]
+
+
+@ti.func
+def carry_products(
+    pattern: ti.template(), rows: ti.template(), node_class: ti.template(), rate, b, node, back,
+    p: ti.template(), q: ti.template(), done: ti.template(), ahead: ti.template(), load: ti.template(),
+):  # fmt: skip
+    """M p - C q, complete for the following node, which is stored, and begun for this one and the one before it."""
+    if back > 0:
+        above = node_class[node + 1]
+        for r in ti.static(range(pattern.dofs)):
+            load[b, (node + 1) * pattern.dofs + r] = done[r] + (
+                row_product(rows, rate, above, pattern.mass.previous[r], p)
+                + row_product(rows, rate, above, pattern.damping.previous[r], q)
+            )
+    kind = node_class[node]
+    below = node_class[ti.max(node - 1, 0)]
+    for r in ti.static(range(pattern.dofs)):
+        done[r] = ahead[r] + (
+            row_product(rows, rate, kind, pattern.mass.own[r], p)
+            + row_product(rows, rate, kind, pattern.damping.own[r], q)
+        )
+    for r in ti.static(range(pattern.dofs)):
+        ahead[r] = row_product(rows, rate, below, pattern.mass.following[r], p) + row_product(
+            rows, rate, below, pattern.damping.following[r], q
+        )

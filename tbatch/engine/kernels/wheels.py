@@ -1,13 +1,8 @@
-"""The wheels on the rail: where they are, what lies under them, how far the rail gives.
-
-The track's share of δ_free is gathered from its load through the columns of K̂_t⁻¹, before the sweeps. So the contact
-forces are known when the sweeps begin, and these run once.
-"""
+"""The wheels of one run on the rail: where they are, what lies under them, how far the rail gives."""
 
 import taichi as ti
 
-from tbatch.engine.kernels.vehicle import free_wheel
-from tbatch.engine.rows import ELEMENT, LANES, MARKS, PER_WHEEL, PROFILE_COUNT, PROFILE_FIRST
+from tbatch.engine.rows import ELEMENT, MARKS, PER_WHEEL, PROFILE_COUNT, PROFILE_FIRST
 
 Four = ti.types.vector(4, ti.f64)
 
@@ -39,27 +34,36 @@ def profile_value(
 
 @ti.func
 def place_wheels(
-    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, time, element_length, elements,
-    segment_real: ti.template(), segment_whole: ti.template(), coefficients: ti.template(),
-):  # fmt: skip
-    """Element, Hermite values and level r under each wheel of one run."""
-    rolled = memory[b, at.speed][lane] * time
-    front = memory[b, at.start][lane] + rolled
+    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, time, element_length, elements, period
+):
+    """Element and Hermite values under each wheel of one run."""
+    front = memory[b, at.start][lane] + memory[b, at.speed][lane] * time
     for j in range(at.wheels):
-        mark = MARKS.wheels + PER_WHEEL * j
         x = front - memory[b, at.offset + j][lane]
-        scaled = x / element_length
+        scaled = (x - memory[b, at.passed][lane] * period) / element_length
         element = ti.min(ti.max(int(ti.floor(scaled)), 0), elements - 1)
         s = scaled - element
-        marks[b, mark + ELEMENT, lane] = element
+        marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] = element
         memory[b, at.local + j][lane] = s
         memory[b, at.shape + 4 * j][lane] = 1.0 - s * s * (3.0 - 2.0 * s)
         memory[b, at.shape + 4 * j + 1][lane] = element_length * (s * (1.0 - s) * (1.0 - s))
         memory[b, at.shape + 4 * j + 2][lane] = s * s * (3.0 - 2.0 * s)
         memory[b, at.shape + 4 * j + 3][lane] = element_length * (s * s * (s - 1.0))
+
+
+@ti.func
+def find_levels(
+    at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, time,
+    segment_real: ti.template(), segment_whole: ti.template(), coefficients: ti.template(),
+):  # fmt: skip
+    """Level r_j under each wheel of one run: the rail's irregularity and the wheel's own profile."""
+    rolled = memory[b, at.speed][lane] * time
+    front = memory[b, at.start][lane] + rolled
+    for j in range(at.wheels):
+        mark = MARKS.wheels + PER_WHEEL * j
         r = profile_value(
             segment_real, segment_whole, coefficients,
-            marks[b, MARKS.profile, lane], marks[b, MARKS.profile + 1, lane], x,
+            marks[b, MARKS.profile, lane], marks[b, MARKS.profile + 1, lane], front - memory[b, at.offset + j][lane],
         )  # fmt: skip
         if marks[b, mark + PROFILE_COUNT, lane] > 0:
             turns = ti.floor(rolled / memory[b, at.circumference][lane])
@@ -82,32 +86,16 @@ def rail_value(at: ti.template(), dofs, memory: ti.template(), marks: ti.templat
 
 
 @ti.func
-def rail_under_wheels(
-    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), vector: ti.template(), b
-):
-    """N u under every wheel of every lane, into the rail rows."""
-    if ti.static(pattern.dofs > 0):
-        for lane in range(LANES):
-            for j in range(at.wheels):
-                memory[b, at.rail + j][lane] = rail_value(at, pattern.dofs, memory, marks, vector, b, lane, j)
-
-
-@ti.func
-def push_rail(
-    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), load: ti.template(), b
-):
-    """Add Nᵀ F to the track's load of every lane."""
-    if ti.static(pattern.dofs > 0):
-        for lane in range(LANES):
-            for j in range(at.wheels):
-                row = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] * pattern.dofs
-                far = row + pattern.dofs
-                n = at.shape + 4 * j
-                force = memory[b, at.force + j][lane]
-                load[b, row][lane] = load[b, row][lane] + memory[b, n][lane] * force
-                load[b, row + 1][lane] = load[b, row + 1][lane] + memory[b, n + 1][lane] * force
-                load[b, far][lane] = load[b, far][lane] + memory[b, n + 2][lane] * force
-                load[b, far + 1][lane] = load[b, far + 1][lane] + memory[b, n + 3][lane] * force
+def push_rail(at: ti.template(), dofs, memory: ti.template(), marks: ti.template(), load: ti.template(), b, lane):
+    """Add Nᵀ F to the track's load of one run."""
+    for j in range(at.wheels):
+        row = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] * dofs
+        n = at.shape + 4 * j
+        force = memory[b, at.force + j][lane]
+        load[b, row][lane] = load[b, row][lane] + memory[b, n][lane] * force
+        load[b, row + 1][lane] = load[b, row + 1][lane] + memory[b, n + 1][lane] * force
+        load[b, row + dofs][lane] = load[b, row + dofs][lane] + memory[b, n + 2][lane] * force
+        load[b, row + dofs + 1][lane] = load[b, row + dofs + 1][lane] + memory[b, n + 3][lane] * force
 
 
 @ti.func
@@ -173,50 +161,3 @@ def local_compliance(
         c = element_length - a
         total = compliance * (c * c * x * x * (3.0 * a * element_length - x * (3.0 * a + c)))
     return total
-
-
-@ti.func
-def free_overlaps(
-    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), wheel_dofs: ti.template(),
-    b, rate, half, when, step, element_length, elements, compliance, columns: ti.template(),
-    element_class: ti.template(), window_start: ti.template(), segment_real: ti.template(),
-    segment_whole: ti.template(), coefficients: ti.template(), displacement: ti.template(), load: ti.template(),
-):  # fmt: skip
-    """Place the wheels at `when` steps; δ_free goes into the overlap rows, H into the flexibility rows.
-
-    δ_free = δ₀ + Γ y_v - N y_t - r, with y what either subsystem does without the new contact forces. In substep 1 the
-    solves give increments, to which the values at t_n are added.
-    """
-    for lane in range(LANES):
-        time = ti.min(when, memory[b, at.end][lane]) * step
-        place_wheels(
-            at, memory, marks, b, lane, time, element_length, elements, segment_real, segment_whole, coefficients
-        )
-        for i in range(at.wheels):
-            rail = 0.0
-            if ti.static(pattern.dofs > 0):
-                rail = gather_rail(
-                    at, pattern, memory, marks, columns, element_class, window_start, load, rate, b, lane, i
-                )
-                if half == 0:
-                    rail = rail + rail_value(at, pattern.dofs, memory, marks, displacement, b, lane, i)
-            memory[b, at.rail + i][lane] = rail
-            for j in range(i + 1):
-                flexibility = local_compliance(at, memory, marks, b, lane, element_length, compliance, i, j)
-                if ti.static(pattern.dofs > 0):
-                    flexibility = flexibility + rail_flexibility(
-                        at, pattern.dofs, memory, marks, columns, element_class, window_start, rate, b, lane, i, j
-                    )
-                memory[b, at.flexibility + i * at.wheels + j][lane] = flexibility
-    for i in range(at.wheels):
-        for j in range(i + 1):
-            flexibility = (
-                memory[b, at.flexibility + i * at.wheels + j]
-                + memory[b, at.inverse + (rate * at.dofs + wheel_dofs[i]) * at.dofs + wheel_dofs[j]]
-            )
-            memory[b, at.flexibility + i * at.wheels + j] = flexibility
-            memory[b, at.flexibility + j * at.wheels + i] = flexibility
-        wheel = free_wheel(at, memory, b, rate, half, wheel_dofs[i])
-        memory[b, at.overlap + i] = ((memory[b, at.approach + i] + wheel) - memory[b, at.rail + i]) - memory[
-            b, at.level + i
-        ]
