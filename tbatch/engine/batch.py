@@ -92,7 +92,7 @@ class Batch:
         memory[at.inverse : at.inverse + tables.inverse.size] = tables.inverse.ravel()
         memory[at.speed], memory[at.start] = inputs.speed, inputs.start
         memory[at.end], memory[at.evaluate_from] = inputs.steps, inputs.evaluate_from
-        memory[at.circumference], memory[at.passed] = inputs.circumference, inputs.passed
+        memory[at.circumference], marks[MARKS.passed] = inputs.circumference, inputs.passed
         memory[at.hertz] = float(rest.constants.exponent == 1.5)
         for row, values in (
             (at.offset, inputs.vehicle.wheel_offsets),
