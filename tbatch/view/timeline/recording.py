@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +40,17 @@ def _partial(path: Path) -> Path:
     return path.with_name(f".{path.name}.partial")
 
 
+@contextmanager
+def _heeded() -> Iterator[None]:
+    """Writes the file that was asked for even where RERUN=off silences what a program shows while it runs."""
+    silenced = os.environ.pop("RERUN", None)
+    try:
+        yield
+    finally:
+        if silenced is not None:
+            os.environ["RERUN"] = silenced
+
+
 def write(record: RunRecord, path: Path) -> Path:
     """Write the recording to a temporary name, then move it into place."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +60,7 @@ def write(record: RunRecord, path: Path) -> Path:
     try:
         # Fixed ids and no start time: a run written twice is the same recording.
         identity = f"{record.campaign}-{record.name}" if record.campaign else record.name
-        with rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False) as stream:
+        with _heeded(), rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False) as stream:
             stream.save(partial, default_blueprint=dashboard(record, scene))
             stream.set_log_time_enabled(False)
             stream.send_recording_name(record.name)
