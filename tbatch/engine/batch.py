@@ -22,7 +22,7 @@ from tbatch.engine.rows import (
 )
 from tbatch.engine.statistics import Statistics
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.reference import first_load, hermite_at
+from tbatch.numerics.rows import first_load, hermite_at
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile

@@ -9,7 +9,7 @@ from tbatch.engine.result import Result
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.engine.simulate import simulate
-from tbatch.numerics.reference import hermite_at
+from tbatch.numerics.rows import hermite_at
 from tbatch.numerics.two_step import EQUAL_SPLITTING
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
