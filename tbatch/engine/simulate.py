@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from tbatch.engine.batch import Batch
 from tbatch.engine.histories import Histories
+from tbatch.engine.memory import available_memory
 from tbatch.engine.model import Model
 from tbatch.engine.prepare import Preparation, step_counts
 from tbatch.engine.result import Result, separation_table, summary_table
@@ -109,9 +110,7 @@ def bytes_per_run(model: Model, profile_bytes: float = 0.0) -> float:
 
 
 def _memory_limit() -> float:
-    import psutil
-
-    return MEMORY_SHARE * psutil.virtual_memory().available
+    return MEMORY_SHARE * available_memory()
 
 
 def _advance(

@@ -1,5 +1,6 @@
 """Whatever stands in a file, loading it ends in a scenario or in a ScenarioError: never in anything else."""
 
+import resource
 from typing import Any
 
 import pytest
@@ -65,6 +66,27 @@ def test_lines_of_scenarios_in_any_order(text: str) -> None:
 def test_a_scenario_with_any_keys_set_to_anything(name: str, changes: dict[str, str]) -> None:
     text = shipped_scenarios()[name].read_text(encoding="utf-8")
     ends_well(text, [f"{key}={value}" for key, value in changes.items()])
+
+
+@pytest.mark.slow
+def test_ten_thousand_examples_end_well_in_little_time_and_memory() -> None:
+    """Each within 2 s, which is hypothesis' deadline here, and all within 200 MB."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+    @settings(max_examples=10_000, deadline=2000, suppress_health_check=list(HealthCheck))
+    @given(st.sampled_from(sorted(shipped_scenarios())), st.dictionaries(KEYS, VALUES, min_size=1, max_size=4))
+    def changed(name: str, changes: dict[str, str]) -> None:
+        text = shipped_scenarios()[name].read_text(encoding="utf-8")
+        ends_well(text, [f"{key}={value}" for key, value in changes.items()])
+
+    @settings(max_examples=10_000, deadline=2000)
+    @given(st.lists(st.sampled_from(LINES), max_size=30).map("\n".join))
+    def mixed(text: str) -> None:
+        ends_well(text)
+
+    changed()
+    mixed()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200 * 1024
 
 
 @settings(max_examples=100, deadline=None)
