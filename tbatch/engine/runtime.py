@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 import warnings
+from functools import cache as remembered
 from pathlib import Path
 from typing import Any
 
@@ -58,7 +59,7 @@ def _init(threads: int, *, vectors: bool, cache: str) -> None:
     import taichi as ti  # isort: skip
 
     if _running is None:
-        _remember_positions()
+        _remember_sources()
     # ti.init prints to stdout whatever log_level says (taichi 1.7.4).
     with contextlib.redirect_stdout(io.StringIO()):
         ti.init(
@@ -75,25 +76,32 @@ def _init(threads: int, *, vectors: bool, cache: str) -> None:
         )
 
 
-def _remember_positions() -> None:
-    """Let Taichi word each source position once.
+def _remember_sources() -> None:
+    """Let Taichi read each function's source and word each place in it once.
 
-    Its compiler (1.7.4) wraps the source text anew for every syntax node of every inlined call, which takes half the
-    time of a start from the cache.
+    Its compiler (1.7.4) searches the source file anew at every inlined call and wraps the text at every syntax node of
+    it, which takes more than half of a start from the cache.
     """
+    from taichi.lang import kernel_impl
     from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
 
+    lines, file = remembered(kernel_impl.getsourcelines), remembered(kernel_impl.getsourcefile)
     worded = ASTTransformerContext.get_pos_info
     known: dict[tuple[object, ...], str] = {}
 
-    def remembered(self: Any, node: Any) -> str:
+    def source_lines(function: Any) -> tuple[list[str], int]:
+        text, first = lines(function)
+        return list(text), first
+
+    def position(self: Any, node: Any) -> str:
         place = (node.lineno, node.col_offset, node.end_lineno, node.end_col_offset, type(node))
         key = (self.file, self.lineno_offset, *place)
         if key not in known:
             known[key] = worded(self, node)
         return known[key]
 
-    ASTTransformerContext.get_pos_info = remembered
+    kernel_impl.getsourcelines, kernel_impl.getsourcefile = source_lines, file
+    ASTTransformerContext.get_pos_info = position
 
 
 def _cache_folder() -> Path:
