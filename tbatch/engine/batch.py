@@ -22,7 +22,7 @@ from tbatch.engine.rows import (
 )
 from tbatch.engine.statistics import Statistics
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.reference import first_load, hermite_at
+from tbatch.numerics.rows import first_load, hermite_at
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
@@ -92,7 +92,7 @@ class Batch:
         memory[at.inverse : at.inverse + tables.inverse.size] = tables.inverse.ravel()
         memory[at.speed], memory[at.start] = inputs.speed, inputs.start
         memory[at.end], memory[at.evaluate_from] = inputs.steps, inputs.evaluate_from
-        memory[at.circumference], memory[at.passed] = inputs.circumference, inputs.passed
+        memory[at.circumference], marks[MARKS.passed] = inputs.circumference, inputs.passed
         memory[at.hertz] = float(rest.constants.exponent == 1.5)
         for row, values in (
             (at.offset, inputs.vehicle.wheel_offsets),

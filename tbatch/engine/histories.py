@@ -10,7 +10,7 @@ from tbatch.engine.rows import LANES
 from tbatch.engine.runs import SaveAt
 from tbatch.numerics.factorization import BlockFactor
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.reference import hermite_at
+from tbatch.numerics.rows import hermite_at
 from tbatch.numerics.run_inputs import RunInputs
 
 LAYERS = ("rail", "slab", "base")

@@ -59,8 +59,6 @@ class MemoryRows:
     load: int
     """P₀ [N] at rest on a rigid rail."""
     # state
-    passed: int
-    """Periods that the stepped line has moved by, as a real number."""
     active: int
     """1 while the run is stepped, 0 once it has ended or diverged."""
     displacement: int
@@ -104,9 +102,7 @@ class MemoryRows:
         size = dict.fromkeys((field.name for field in fields(cls)), wheels)
         size |= dict.fromkeys(("stiffness", "mass", "damping"), square)
         size |= {"inverse": rates * square}
-        size |= dict.fromkeys(
-            ("speed", "start", "end", "evaluate_from", "circumference", "hertz", "passed", "active"), 1
-        )
+        size |= dict.fromkeys(("speed", "start", "end", "evaluate_from", "circumference", "hertz", "active"), 1)
         size |= dict.fromkeys(("displacement", "velocity", "vehicle_load", "acceleration"), dofs)
         size |= {"shape": 4 * wheels, "flexibility": wheels * wheels, "newton": newton_rows(wheels)}
         first, row = {}, 0
@@ -131,7 +127,9 @@ class MarkRows:
     """Steps completed."""
     profile: int = 2
     """First segment of the run's irregularity, then its number of segments."""
-    wheels: int = 4
+    passed: int = 4
+    """Periods of an endless track that the line has moved."""
+    wheels: int = 5
     """First of `PER_WHEEL` rows for each wheel, in the order of the constants below."""
 
     @classmethod

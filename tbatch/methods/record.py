@@ -4,7 +4,7 @@ import numpy as np
 
 from tbatch.engine.runs import SaveAt
 from tbatch.numerics.coupled_run import CoupledRun
-from tbatch.numerics.reference import hermite_at
+from tbatch.numerics.rows import hermite_at
 
 LAYERS = ("rail", "slab", "base")
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from tbatch.physics.contact import ContactConstants
 
-NEWTON_LIMIT = 60
+NEWTON_LIMIT = 200
 """Newton steps after which a contact solve has failed."""
 ROUND_OFF = 4e-15
-"""A Newton step below this fraction of the terms of δ ends the solve."""
+"""A Newton step below this fraction of the largest terms of δ ends the solve."""
 
 
 def law(constants: ContactConstants, overlap: list[float]) -> tuple[list[float], list[float], float]:
@@ -75,11 +75,16 @@ def solve_contact(
         for j in range(w):
             descent = descent - g[j] * p[j]
         hp = [_dot(h[j], p) for j in range(w)]
+        # Round-off of the largest terms of any wheel's δ: one wheel's reaches the others through H.
+        size, pressed = 0.0, 0.0
+        for j in range(w):
+            own = float(constants.approach[j]) + abs(fr[j])
+            for k in range(w):
+                own = own + abs(h[j][k] * lam[k])
+            size = own if own > size else size
+            pressed = pressed + force[j]
         rough = 0
         for j in range(w):
-            size = abs(fr[j])
-            for k in range(w):
-                size = size + abs(h[j][k] * lam[k])
             rough += not abs(hp[j]) <= ROUND_OFF * size
         solved = rough == 0
         if solved:
@@ -88,7 +93,9 @@ def solve_contact(
         trial_force, trial_slope, trial = law(constants, trial_overlap)
         for j in range(w):
             trial = trial + 0.5 * ((lam[j] + length * p[j]) * (hl[j] + length * hp[j]))
-        if trial <= merit + 1e-4 * length * descent + 1e-13 * abs(merit):
+        # The work of the forces is known to round-off of δ.
+        slack = 1e-13 * abs(merit) + ROUND_OFF * size * pressed
+        if trial <= merit + 1e-4 * length * descent + slack:
             lam = [lam[j] + length * p[j] for j in range(w)]
             hl = [hl[j] + length * hp[j] for j in range(w)]
             overlap, force, slope, merit, length = trial_overlap, trial_force, trial_slope, trial, 1.0

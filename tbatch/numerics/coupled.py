@@ -16,7 +16,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded, inv
 from scipy.sparse import block_diag, csc_array, diags_array
 
 from tbatch.numerics.initial import InitialState, StaticTrack
-from tbatch.numerics.reference import hermite_at
+from tbatch.numerics.rows import hermite_at
 from tbatch.numerics.run_inputs import RunInputs
 
 

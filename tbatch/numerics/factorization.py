@@ -24,7 +24,7 @@ from tbatch.numerics.two_step import TwoStep, effective
 from tbatch.physics.track import Track
 
 COLUMN_TOLERANCE = 1e-12
-"""Blocks of K̂⁻¹ smaller than this fraction of its largest rail entry are left out of the columns."""
+"""Blocks of K̂⁻¹ smaller than this fraction of its diagonal are left out of the columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class BlockFactor:
 
         Args:
             dofs: Local dofs whose rows and columns will be used.
-            tolerance: Size relative to the largest entry between those dofs, below which blocks are dropped.
+            tolerance: Size relative to the largest diagonal entries of its two dofs, below which a block is dropped.
 
         Returns:
             One array an offset k, blocks [m/N], shape (node - k, dof, dof).
@@ -106,12 +106,15 @@ class BlockFactor:
         for node in range(nodes - 2, -1, -1):
             diagonal[node] += self.back[node] @ diagonal[node + 1] @ self.back[node].T
         chosen = list(dofs)
-        largest = np.abs(diagonal[:, chosen][:, :, chosen]).max()
+        # Rotations and displacements have different units: each entry counts against the diagonal of its own two dofs.
+        scale = np.sqrt(np.diagonal(diagonal, axis1=1, axis2=2).max(axis=0))
+        scale[scale == 0.0] = np.inf
+        relative = 1.0 / np.outer(scale, scale)
         band = [diagonal]
         while len(band) < nodes:
             block = -self.back[: nodes - len(band)] @ band[-1][1:]
-            size = max(np.abs(block[:, chosen, :]).max(), np.abs(block[:, :, chosen]).max())
-            if size <= tolerance * largest:
+            size = np.abs(block) * relative
+            if max(size[:, chosen, :].max(), size[:, :, chosen].max()) <= tolerance:
                 break
             band.append(block)
         return band

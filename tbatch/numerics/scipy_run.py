@@ -9,7 +9,7 @@ import numpy as np
 
 from tbatch.numerics.contact_solve import solve_contact
 from tbatch.numerics.initial import InitialState, StaticTrack
-from tbatch.numerics.reference import hermite_at
+from tbatch.numerics.rows import hermite_at
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.numerics.scipy_track import ScipyTrack
 

@@ -184,3 +184,19 @@ def test_what_is_not_finite_is_not_solved(bad, kind):
     np.testing.assert_array_equal(force, 0.0)
     force, _, solved = solve_contact(np.array([1e-4, 1e-4]), H * np.array([[1.0, bad], [bad, 1.0]]), of, np.ones(2))
     assert not solved
+
+
+@pytest.mark.parametrize("kind", ["hertz", "linear", "affine"])
+def test_a_grazing_wheel_does_not_stall_the_solve(kind):
+    # δ_free at the edge of separation, to the last digit or within 0.1 µm, after a wheel load or two at the last step.
+    random = np.random.default_rng(23)
+    of = constants(kind, 4, np.full(4, 2.9e9), load=132e3)
+    for _ in range(2000):
+        size = 10.0 ** random.uniform(-10.0, -8.5)
+        coupling = random.uniform(-0.2, 0.2, (4, 4))
+        H = size * (np.eye(4) * (1.0 - np.diag(coupling)) + 0.5 * (coupling + coupling.T))
+        nearness = random.integers(0, 2, 4) * 10.0 ** random.uniform(-16.0, -7.0, 4)
+        graze = of.separation + random.choice([-1.0, 1.0], 4) * nearness
+        apart = of.separation - 10.0 ** random.uniform(-6.0, -2.0, 4)
+        free = np.where(random.random(4) < 0.5, graze, apart)
+        assert_solved(free, H, of, random.choice([0.0, 1.0, 1.0], 4) * 3e5 * random.random(4))

@@ -163,7 +163,7 @@ def test_lists_name_each_entry_with_its_source() -> None:
     assert "seed-slab" in dict(list_catalogue("tracks"))
     assert "2 to 200 m" in dict(list_catalogue("spectra"))["china-ballastless"]
     scenarios = dict(list_catalogue("scenarios"))
-    assert set(scenarios) == {"separation_vs_speed", "wheel_flat", "smooth_track", "slab_irregular", "quick"}
+    assert {"separation_vs_speed", "wheel_flat", "smooth_track", "slab_irregular", "quick"} <= set(scenarios)
     assert all(len(line) > 20 for line in scenarios.values())
     with pytest.raises(ValueError, match='did you mean "tracks"'):
         list_catalogue("track")

@@ -294,6 +294,10 @@ def test_measured_files_that_cannot_serve_are_refused_by_name(tmp_path: Path) ->
     assert refused(f", sha256 = '{'0' * 64}'", long).message.startswith("has changed")
 
 
-def test_every_shipped_scenario_loads_without_a_warning() -> None:
+def test_shipped_scenarios_load_without_a_warning_but_for_the_long_steps_of_the_seed_paper() -> None:
     for name in shipped_scenarios():
-        assert Scenario.load(name).warnings == ()
+        warnings = Scenario.load(name).warnings
+        if name in {"seed_fig6", "seed_fig7"}:
+            assert len(warnings) == 1 and warnings[0].startswith("integration.step: 1 ms")
+        else:
+            assert warnings == ()

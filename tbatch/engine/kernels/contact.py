@@ -9,10 +9,10 @@ With both subsystems solved for everything but the new contact forces, these obe
 
 import taichi as ti
 
-NEWTON_LIMIT = 60
+NEWTON_LIMIT = 200
 """Newton steps after which a contact solve has failed; about 4 are usual."""
 ROUND_OFF = 4e-15
-"""A Newton step below this fraction of the terms of δ ends the solve."""
+"""A Newton step below this fraction of the largest terms of δ ends the solve."""
 
 
 @ti.func
@@ -107,15 +107,20 @@ def solve_contact(at: ti.template(), memory: ti.template(), b):
             g = memory[b, p + j]
             memory[b, p + j] = memory[b, gap + j] - memory[b, root + j] * memory[b, y + j]
             descent = descent - g * memory[b, p + j]
-        # Converged where the step in δ is round-off of its own terms.
-        rough = none
+        # Converged where the step in δ is round-off of the largest terms of any wheel's δ, which H spreads to all.
+        size = none
+        pressed = none
         for j in range(w):
-            step = flexibility_product(at, memory, b, p, j)
-            memory[b, hp + j] = step
-            size = ti.max(memory[b, free + j], 0.0 - memory[b, free + j])
+            memory[b, hp + j] = flexibility_product(at, memory, b, p, j)
+            own = memory[b, at.approach + j] + ti.max(memory[b, free + j], 0.0 - memory[b, free + j])
             for k in range(w):
                 part = memory[b, at.flexibility + j * w + k] * memory[b, lam + k]
-                size = size + ti.max(part, 0.0 - part)
+                own = own + ti.max(part, 0.0 - part)
+            size = ti.select(own > size, own, size)
+            pressed = pressed + memory[b, force + j]
+        rough = none
+        for j in range(w):
+            step = memory[b, hp + j]
             rough = ti.select(ti.max(step, 0.0 - step) <= ROUND_OFF * size, rough, rough + 1.0)
         converged = ti.select(rough < 0.5, waiting, none)
         solved = solved + converged
@@ -128,7 +133,8 @@ def solve_contact(at: ti.template(), memory: ti.template(), b):
             trial = trial + 0.5 * (
                 (memory[b, lam + j] + length * memory[b, p + j]) * (memory[b, hl + j] + length * memory[b, hp + j])
             )
-        slack = 1e-13 * ti.max(merit, 0.0 - merit)
+        # The work of the forces is known to round-off of δ.
+        slack = 1e-13 * ti.max(merit, 0.0 - merit) + ROUND_OFF * size * pressed
         falls = ti.select(trial <= merit + 1e-4 * length * descent + slack, waiting, none)
         for j in range(w):
             taken = falls > 0.5

@@ -37,7 +37,7 @@ def move_block(vector: ti.template(), b, by, dofs):
 @ti.func
 def pass_period(at: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, period_elements):
     """Count one period for one lane; its wheels stand on elements one period further back."""
-    memory[b, at.passed][lane] = memory[b, at.passed][lane] + 1.0
+    marks[b, MARKS.passed, lane] = marks[b, MARKS.passed, lane] + 1
     for j in range(at.wheels):
         mark = MARKS.wheels + PER_WHEEL * j + ELEMENT
         marks[b, mark, lane] = marks[b, mark, lane] - period_elements
@@ -55,7 +55,7 @@ def follow_vehicle(
         if lockstep[b] == 0 or lane == 0:
             time = ti.min(ti.cast(n, ti.f64), memory[b, at.end][lane]) * step
             front = memory[b, at.start][lane] + memory[b, at.speed][lane] * time
-            while front - memory[b, at.passed][lane] * period >= home:
+            while front - ti.cast(marks[b, MARKS.passed, lane], ti.f64) * period >= home:
                 moved = -1
                 if lockstep[b] == 1:
                     move_block(displacement, b, by, pattern.dofs)

@@ -40,7 +40,7 @@ def place_wheels(
     front = memory[b, at.start][lane] + memory[b, at.speed][lane] * time
     for j in range(at.wheels):
         x = front - memory[b, at.offset + j][lane]
-        scaled = (x - memory[b, at.passed][lane] * period) / element_length
+        scaled = (x - ti.cast(marks[b, MARKS.passed, lane], ti.f64) * period) / element_length
         element = ti.min(ti.max(int(ti.floor(scaled)), 0), elements - 1)
         s = scaled - element
         marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] = element
