@@ -125,17 +125,14 @@ def test_workers_store_the_bytes_of_one_process(tmp_path, cluster, local):
     assert campaign.run_steps_per_second > 0.0
 
 
-def run_and_kill(folder, cluster, moment):
-    """Runs the campaign; a worker is killed some time after the tasks were handed out. Gives whom it met."""
+def run_and_kill(folder, cluster, share, wait):
+    """Runs the campaign; a worker is killed a while after a share of the runs is stored. Gives whom it met."""
     killed = []
-    begun = []
 
     def kill(state):
-        if state.phase != "running" or killed:
-            return
-        begun.append(time.monotonic())
         workers = cluster.workers()
-        if time.monotonic() - begun[0] >= moment and workers:
+        if state.phase == "running" and not killed and workers and state.runs_done >= share * state.runs_total:
+            time.sleep(wait)
             workers[0].kill()
             killed.append(workers[0].pid)
 
@@ -145,7 +142,7 @@ def run_and_kill(folder, cluster, moment):
 
 @needs_dask
 def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster, local):
-    assert run_and_kill(tmp_path, cluster, 0.8)
+    assert run_and_kill(tmp_path, cluster, 0.2, 0.05)
     assert bytes_of(tmp_path) == local
     assert verify(tmp_path).damage == []
 
@@ -155,7 +152,7 @@ def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path, cluster, local)
 def test_a_worker_killed_twenty_times_changes_nothing(tmp_path, cluster, local):
     moments = random.Random(3)
     for number in range(20):
-        assert run_and_kill(tmp_path / str(number), cluster, moments.uniform(0.0, 1.5))
+        assert run_and_kill(tmp_path / str(number), cluster, moments.uniform(0.0, 0.7), moments.uniform(0.0, 0.3))
         assert bytes_of(tmp_path / str(number)) == local
 
 
