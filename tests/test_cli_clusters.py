@@ -63,7 +63,7 @@ def test_a_dry_run_estimates_what_is_missing_and_writes_nothing(parts, tmp_path)
     [
         (["--shard", "2/2"], "i from 0 to n - 1"),
         (["--executor", "ray"], "dask://HOST:PORT"),
-        (["--set", "irregularity.cosines.3.amplitude=1"], "is not a table with such an entry"),
+        (["--set", "speed.values.7=1"], "is not a table with such an entry"),
     ],
 )
 def test_bad_options_leave_with_2_and_what_is_accepted(options, said, tmp_path):
