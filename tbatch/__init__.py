@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tbatch import methods
-    from tbatch.campaign.campaign import Campaign, run
+    from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.run import run
     from tbatch.engine.model import Model
     from tbatch.engine.result import Result
     from tbatch.engine.runs import Runs, SaveAt, State
@@ -40,7 +41,7 @@ __all__ = [
 
 _HOME = {
     "Campaign": "tbatch.campaign.campaign",
-    "run": "tbatch.campaign.campaign",
+    "run": "tbatch.campaign.run",
     "Model": "tbatch.engine.model",
     "Result": "tbatch.engine.result",
     "Runs": "tbatch.engine.runs",

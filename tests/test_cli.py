@@ -127,7 +127,7 @@ def test_report_writes_a_page_and_its_numbers(folder, tmp_path, monkeypatch):
     assert done.returncode == 0
     assert (tmp_path / "index.html").stat().st_size > 100_000
     assert (tmp_path / "csv" / "separation_probability.csv").exists()
-    monkeypatch.setattr("tbatch.cli.commands.find_spec", lambda name: None)
+    monkeypatch.setattr("tbatch.cli.result_commands.find_spec", lambda name: None)
     done = tbatch("report", folder)
     assert done.returncode == 2
     assert "pip install 'tbatch[report]'" in done.stderr

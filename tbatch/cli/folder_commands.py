@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tbatch.cli import exit_codes
-from tbatch.cli.commands import Folder, app, say
+from tbatch.cli.app import Folder, app, say
 
 
 @app.command()

@@ -1,13 +1,15 @@
 """``tbatch methods``: the two-step scheme against others on one run of a scenario."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from tbatch.cli.app import AsJson, app, say
 
+
+@app.command()
 def methods(
     scenario: Annotated[str, typer.Argument(help="A scenario file, or a name that 'tbatch list scenarios' lists.")],
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder; default results/<name>-methods.")] = None,
@@ -24,7 +26,7 @@ def methods(
     change: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change a key, such as run.distance=10.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, in SI units.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare two-step with NML, NMN and APL on one run: errors, times, work-precision."""
     from tbatch.methods.case import METHODS, Case
@@ -36,7 +38,7 @@ def methods(
 
     loaded = Scenario.load(scenario, overrides=list(change or []))
     for warning in loaded.warnings:
-        _say(f"warning: {warning}")
+        say(f"warning: {warning}")
     runs, durations = loaded.runs([(case, sample)])
     model = loaded.model()
     compared = Case(
@@ -50,7 +52,7 @@ def methods(
     names = [name.strip() for name in only.split(",")] if only else list(METHODS)
     ladder = _parsed(steps) if steps else LADDER
     fine = _parsed(reference)[0] if reference else None
-    comparison = compare(compared, steps=ladder, methods=names, direct=direct, reference_step=fine, progress=_say)
+    comparison = compare(compared, steps=ladder, methods=names, direct=direct, reference_step=fine, progress=say)
     folder = out or Path("results") / f"{loaded.name}-methods"
     written = save_comparison(comparison, folder)
     try:
@@ -58,14 +60,14 @@ def methods(
 
         written += plot_comparison(comparison, folder)
     except ImportError:
-        _say("no plots: they need matplotlib; install it with: pip install 'tbatch[report]'")
+        say("no plots: they need matplotlib; install it with: pip install 'tbatch[report]'")
     if as_json:
         print(json.dumps(json.loads(written[0].read_text(encoding="utf-8")), indent=1))
     else:
         print(comparison_text(comparison))
         print()
         print(advice_table(model.step, resolutions_of(loaded.document, model.vehicle, model.rest)))
-    _say("wrote " + ", ".join(str(path) for path in written))
+    say("wrote " + ", ".join(str(path) for path in written))
 
 
 def _parsed(steps: str) -> tuple[float, ...]:
@@ -84,7 +86,3 @@ def _parsed(steps: str) -> tuple[float, ...]:
             raise ValueError(f"--steps: {step:g} s is out of range; accepted are 1e-7 to 1e-2 s")
         found.append(step)
     return tuple(found)
-
-
-def _say(text: str) -> None:
-    print(f"tbatch: {text}", file=sys.stderr, flush=True)

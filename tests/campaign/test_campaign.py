@@ -15,10 +15,11 @@ import pytest
 from toy import STEPS, STOPPED, ToyExecutor, ToyScenario, contents
 
 from tbatch.campaign import durable
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.faults import FolderInUse, FolderUnusable, Interrupted, OutOfSpace, ScenarioChanged, StoreDamaged
 from tbatch.campaign.lock import FolderLock
 from tbatch.campaign.manifest import MANIFEST_NAME
+from tbatch.campaign.run import run
 from tbatch.campaign.store import Store
 
 
@@ -121,7 +122,7 @@ KILLED = """
 import sys
 sys.path.insert(0, {tests!r})
 from toy import ToyExecutor, ToyScenario
-from tbatch.campaign.campaign import run
+from tbatch.campaign.run import run
 print("ready", flush=True)
 run(ToyScenario(samples=640), out={folder!r}, executor=ToyExecutor(ToyScenario(samples=640), limit=64, delay=0.002))
 """

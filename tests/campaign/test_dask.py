@@ -13,9 +13,10 @@ import time
 import psutil
 import pytest
 
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.cluster import Dask
 from tbatch.campaign.faults import ClusterUnusable
+from tbatch.campaign.run import run
 from tbatch.campaign.verification import verify
 from tbatch.cli import exit_codes
 from tbatch.scenario import Scenario

@@ -7,12 +7,12 @@ import pyarrow as pa
 import pytest
 from toy import ToyExecutor, ToyScenario
 
-from tbatch.campaign.campaign import run
 from tbatch.campaign.estimates import FILTERED, RAW, Records, estimates
 from tbatch.campaign.estimates.convergence import convergence, sizes
 from tbatch.campaign.estimates.curves import along_line, events_exceeding, exceedance, time_above
 from tbatch.campaign.estimates.loads import section_percentiles
 from tbatch.campaign.estimates.sensitivity import sensitivities
+from tbatch.campaign.run import run
 
 
 def records(forces, events=(), status=None, cases=1, varied=None):

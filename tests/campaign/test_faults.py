@@ -18,9 +18,10 @@ import pytest
 from toy import ToyExecutor, ToyScenario, contents
 
 from tbatch.campaign import durable
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.executor import Local
 from tbatch.campaign.faults import FolderUnusable, OutOfSpace
+from tbatch.campaign.run import run
 from tbatch.campaign.verification import verify
 from tbatch.cli import exit_codes
 from tbatch.scenario import Scenario

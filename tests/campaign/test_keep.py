@@ -3,8 +3,8 @@
 import pyarrow as pa
 from toy import ToyExecutor, ToyScenario
 
-from tbatch.campaign.campaign import run
 from tbatch.campaign.keep import worst_runs
+from tbatch.campaign.run import run
 from tbatch.scenario.keep import Keep
 
 

@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 import pytest
 from toy import ToyExecutor, ToyScenario
 
-from tbatch.campaign.campaign import run
 from tbatch.campaign.estimates import Estimate
 from tbatch.campaign.limits import Verdict, judge, stored_limits, verdict
+from tbatch.campaign.run import run
 from tbatch.scenario import Scenario, ScenarioError
 from tbatch.scenario.limits import LIMITABLE, Limit, limits_of
 from tbatch.view.verdicts import github_annotations, junit_xml, step_summary, verdicts_text

@@ -8,11 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from toy import ToyExecutor, ToyScenario, contents
 
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.faults import FolderInUse, FolderUnusable, ScenarioChanged, StoreDamaged
 from tbatch.campaign.lock import FolderLock
 from tbatch.campaign.merging import merge
 from tbatch.campaign.part import Part
+from tbatch.campaign.run import run
 from tbatch.campaign.shards import missing_shards
 from tbatch.campaign.store import Store
 from tbatch.campaign.verification import verify

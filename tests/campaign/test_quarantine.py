@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from toy import STOPPED, ToyExecutor, ToyScenario
 
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.quarantine import LAST_STATES, MOST_RECORDS
+from tbatch.campaign.run import run
 from tbatch.campaign.summary import replay_text
 from tbatch.campaign.verification import verify
 from tbatch.physics.irregularity import Irregularity

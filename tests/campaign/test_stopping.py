@@ -6,9 +6,10 @@ from typing import Any
 import pytest
 from toy import ToyExecutor, ToyScenario, contents
 
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates.intervals import exact_interval
 from tbatch.campaign.part import Part
+from tbatch.campaign.run import run
 from tbatch.campaign.shards import SHARD_SAMPLES, Shard
 from tbatch.campaign.stopping import StopRule, Tally
 from tbatch.campaign.summary import status_text, summary_text

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pytest
 from toy import ToyExecutor, ToyScenario
 
-from tbatch.campaign.campaign import run
+from tbatch.campaign.run import run
 from tbatch.campaign.statistics import STATISTICS_SCHEMA
 from tbatch.campaign.summary import columns, replay_text, status_text, summary_document, summary_text
 from tbatch.scenario import Scenario

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates.sensitivity import sensitivities
+from tbatch.campaign.run import run
 from tbatch.scenario import Scenario
 
 

@@ -6,9 +6,10 @@ import shutil
 import pytest
 from toy import ToyExecutor, ToyScenario, contents
 
-from tbatch.campaign.campaign import Campaign, run
+from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.faults import StoreDamaged
 from tbatch.campaign.part import Part
+from tbatch.campaign.run import run
 from tbatch.campaign.verification import verify
 
 SCENARIO = ToyScenario(samples=100)

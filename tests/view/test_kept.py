@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tbatch.campaign.campaign import run
+from tbatch.campaign.run import run
 from tbatch.scenario import Scenario
 from tbatch.view.kept import MOST_MEMORY, histories_to_keep, record_of, replay_with_histories, write_kept
 from tbatch.view.scene import MARGIN, OVERHANG

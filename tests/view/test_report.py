@@ -13,8 +13,8 @@ import pytest
 pytest.importorskip("matplotlib")
 
 from tbatch import __version__
-from tbatch.campaign.campaign import run
 from tbatch.campaign.estimates import Estimate
+from tbatch.campaign.run import run
 from tbatch.scenario import Scenario
 from tbatch.view.report import write_report
 from tbatch.view.report.against_speed import by_wheelset

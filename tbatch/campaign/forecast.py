@@ -30,7 +30,7 @@ VIEWER_LIBRARY = 120e6  # resident bytes of the recording library (rerun 0.41)
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Forecast:
     """What is to be done and what it takes."""
 
     runs_planned: int
@@ -50,7 +50,7 @@ class Estimate:
     """Size of the tables [bytes]."""
 
 
-def estimate(scenario: "Scenario", folder: Path, *, threads: int | None = None, part: Part | None = None) -> Estimate:
+def forecast(scenario: "Scenario", folder: Path, *, threads: int | None = None, part: Part | None = None) -> Forecast:
     """Estimates what is missing of a campaign.
 
     Args:
@@ -75,7 +75,7 @@ def estimate(scenario: "Scenario", folder: Path, *, threads: int | None = None, 
     run_steps = sum(len(shard) * steps[shard.case] for shard in missing)
     runs = sum(map(len, missing))
     if not missing:
-        return Estimate(cases * scenario.samples, 0, 0, 0, executor.threads, 0, 0.0, 0.0, 0.0, 0.0)
+        return Forecast(cases * scenario.samples, 0, 0, 0, executor.threads, 0, 0.0, 0.0, 0.0, 0.0)
     began = time.perf_counter()
     trial = _trial(executor, missing, run_steps / runs)
     start = time.perf_counter() - began - trial.seconds
@@ -84,7 +84,7 @@ def estimate(scenario: "Scenario", folder: Path, *, threads: int | None = None, 
     memory = _peak() + max(0, batch - trial.runs) * per_run
     if scenario.keep.worst or scenario.keep.runs:
         memory += VIEWER_LIBRARY + RECORDED_TOGETHER * _history_bytes(executor, max(steps))
-    return Estimate(
+    return Forecast(
         runs_planned=cases * scenario.samples,
         runs=runs,
         shards=len(missing),
@@ -98,7 +98,7 @@ def estimate(scenario: "Scenario", folder: Path, *, threads: int | None = None, 
     )
 
 
-def estimate_text(found: Estimate, folder: Path) -> str:
+def forecast_text(found: Forecast, folder: Path) -> str:
     """An estimate for people."""
     if not found.runs:
         return f"nothing to do: all {found.runs_planned} runs are stored in {folder}"
