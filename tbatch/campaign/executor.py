@@ -37,7 +37,7 @@ class Executor(Protocol):
         """How many runs to simulate together."""
         ...
 
-    def simulate(self, pairs: Sequence[Pair], *, progress: Any = None, save: Any = None) -> Any:
+    def simulate(self, pairs: Sequence[Pair], *, progress: Any = None, save: Any = None, follow: Any = None) -> Any:
         """Simulates runs."""
         ...
 
@@ -56,7 +56,12 @@ class Local:
         return self.scenario.model()
 
     def simulate(
-        self, pairs: Sequence[Pair], *, progress: Callable[[Any], None] | None = None, save: Any = None
+        self,
+        pairs: Sequence[Pair],
+        *,
+        progress: Callable[[Any], None] | None = None,
+        save: Any = None,
+        follow: Callable[[Any], None] | None = None,
     ) -> "Result":
         """Simulates runs.
 
@@ -64,11 +69,12 @@ class Local:
             pairs: The runs, as (case, sample).
             progress: Called after each chunk of steps with the engine's Progress; may raise to stop.
             save: What to keep beside summary and separations, a SaveAt.
+            follow: Called after each chunk with what it added to that.
         """
         from tbatch.engine.simulate import simulate
 
         runs, duration = self.scenario.runs(pairs)
-        return simulate(self.model, runs, duration, threads=self.threads, save=save, progress=progress)
+        return simulate(self.model, runs, duration, threads=self.threads, save=save, follow=follow, progress=progress)
 
     def steps_per_run(self) -> list[int]:
         """Time steps of a run of each case."""

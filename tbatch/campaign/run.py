@@ -14,6 +14,7 @@ from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.cluster import Cluster
 from tbatch.campaign.durable import make_folder
 from tbatch.campaign.executor import Executor
+from tbatch.campaign.observer import Observer
 from tbatch.campaign.part import Part, holding
 from tbatch.campaign.progress import Progress, Report
 from tbatch.campaign.quarantine import write_quarantine
@@ -37,6 +38,7 @@ def run(
     executor: Executor | None = None,
     cluster: Cluster | None = None,
     part: Part | None = None,
+    observer: Observer | None = None,
 ) -> Campaign:
     """Runs what is missing of a scenario in a folder and gives the campaign.
 
@@ -52,6 +54,7 @@ def run(
         executor: Where to simulate; default: in this process.
         cluster: Workers that simulate and store shards for this process; default: the executor simulates all.
         part: The part of the campaign that is to be run; default: all of it. Parts write no recordings.
+        observer: Watches while runs are simulated; default: nobody does.
     """
     folder = Path(out) if out is not None else Path("results") / scenario.name
     tell = message or (lambda text: None)
@@ -60,13 +63,15 @@ def run(
         store = Store.prepare(folder, scenario.source_text, scenario.resolved(), message=tell, part=part)
         campaign = Campaign(store, scenario, executor, threads=threads)
         report = progress or (lambda state: None)
+        if observer is not None:
+            observer.begin(campaign)
         missing = campaign.missing(part)
         if missing:
             while missing:  # a rule to stop may ask for more at each of its looks
                 if cluster is not None:
                     cluster.simulate(campaign, missing, report, tell)
                 else:
-                    _simulate(campaign, report, missing)
+                    _simulate(campaign, report, missing, observer)
                 missing = campaign.missing(part)
         elif part is not None:
             tell(f"complete already: all runs of part {part} are stored in {folder}")
@@ -79,7 +84,7 @@ def run(
     return campaign
 
 
-def _simulate(campaign: Campaign, report: Report, missing: list[Shard]) -> None:
+def _simulate(campaign: Campaign, report: Report, missing: list[Shard], observer: Observer | None) -> None:
     """Simulates and stores what is missing, batch by batch."""
     executor = campaign.executor
     report(Progress("building", 0, sum(map(len, missing)), 0, 0, 0))
@@ -97,8 +102,11 @@ def _simulate(campaign: Campaign, report: Report, missing: list[Shard]) -> None:
         pairs = [pair for shard in batch for pair in shard.pairs]
         tell("running")
         began = perf_counter()
+        followed = None if observer is None else observer.follow(pairs)
         result = executor.simulate(
-            pairs, progress=lambda engine: tell("running", engine.run_steps_done, engine.separations)
+            pairs,
+            progress=lambda engine: tell("running", engine.run_steps_done, engine.separations),
+            **({} if followed is None else {"save": followed.save, "follow": followed.take}),
         )
         seconds = perf_counter() - began
         steps = int(np.sum(result.steps))

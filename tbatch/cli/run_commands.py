@@ -53,18 +53,16 @@ def run(
     shard: Annotated[
         str | None, typer.Option(metavar="I/N", help="Only part i of n, i from 0; join the parts with 'tbatch merge'.")
     ] = None,
-    live: Annotated[bool, typer.Option(hidden=True)] = False,
-    serve: Annotated[bool, typer.Option(hidden=True)] = False,
+    live: Annotated[bool, typer.Option("--live", help="Show it in the rerun viewer while it runs.")] = False,
+    serve: Annotated[bool, typer.Option("--serve", help="The same for a browser, at this machine alone.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Estimate time, memory and disk; run nothing.")] = False,
 ) -> None:
     """Run a scenario's campaign, or what is missing of it, and print its separation statistics."""
-    for name, asked in {
-        "--arch other than cpu": arch != "cpu",
-        "--live": live,
-        "--serve": serve,
-    }.items():
-        if asked:
-            _not_yet(name)
+    if arch != "cpu":
+        _not_yet("--arch other than cpu")
+    if dry_run and (live or serve):
+        say("--dry-run runs nothing that --live or --serve could show")
+        raise typer.Exit(exit_codes.BAD_USAGE)
     from tbatch.scenario import Scenario
 
     overrides = list(change or [])
@@ -78,7 +76,7 @@ def run(
         folder = out or Path("results") / loaded.name
         print(forecast_text(forecast(loaded, folder, threads=threads, part=_part(shard)), folder))
         return
-    _carry_out(loaded, out, threads, executor, shard)
+    _carry_out(loaded, out, threads, executor, shard, live=live, serve=serve)
 
 
 @app.command()
@@ -95,7 +93,14 @@ def _not_yet(what: str) -> None:
 
 
 def _carry_out(
-    scenario: "Scenario", folder: Path | None, threads: int | None, executor: str = "local", shard: str | None = None
+    scenario: "Scenario",
+    folder: Path | None,
+    threads: int | None,
+    executor: str = "local",
+    shard: str | None = None,
+    *,
+    live: bool = False,
+    serve: bool = False,
 ) -> None:
     """Runs what is missing, prints what there is, and judges it."""
     from tbatch.campaign.cluster import Dask
@@ -104,6 +109,7 @@ def _carry_out(
     from tbatch.campaign.summary import status_text, summary_text
     from tbatch.cli.interruption import Interruption
     from tbatch.view.kept import write_kept
+    from tbatch.view.live import LiveView
     from tbatch.view.progress import ProgressDisplay
 
     part = _part(shard)
@@ -113,9 +119,13 @@ def _carry_out(
         say(f"warning: {warning}")
     with (
         Interruption(f"resume with: tbatch resume {folder}") as interruption,
+        ExitStack() as shown,
         ExitStack() as meter,
     ):
         display = meter.enter_context(ProgressDisplay(scenario.name))
+        view = None
+        if live or serve:
+            view = shown.enter_context(LiveView(display.message, web=serve, window=live))
 
         def show(state: Progress) -> None:
             interruption.stepping = state.phase == "running" and state.run_steps_done > 0
@@ -124,6 +134,8 @@ def _carry_out(
                 say(f"recordings of the kept runs: {state.runs_done} of {state.runs_total}")
             else:
                 display(state)
+            if view is not None:
+                view.progress(state)
             interruption.check()
 
         campaign = run_campaign(
@@ -135,6 +147,7 @@ def _carry_out(
             recorder=write_kept,
             cluster=cluster,
             part=part,
+            observer=view,
         )
     print(summary_text(campaign) if part is None else f"part {part} is stored; {status_text(campaign, [])}")
     if campaign.diverged > scenario.limits_diverged:

@@ -1,5 +1,8 @@
 """Histories: the channels of `SaveAt`, from the kernel's sample buffer into arrays by run."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from tbatch.engine import rows as channel_rows
@@ -16,8 +19,24 @@ from tbatch.numerics.run_inputs import RunInputs
 LAYERS = ("rail", "slab", "base")
 
 
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """What one chunk of steps added to the histories; to be read, not written."""
+
+    runs: tuple[int, ...]
+    """The runs that it is of."""
+    first: int
+    """Number of its first sample."""
+    channels: dict[str, np.ndarray]
+    """Its samples by channel, shape (run, sample, ...); NaN after a run's end."""
+
+
+Follow = Callable[[Piece], None]
+"""Takes each piece while the simulation goes on; may raise to stop it."""
+
+
 class Histories:
-    """The saved channels of a simulation, shape (run, n, ...) each, NaN after a run's end.
+    """The saved channels of a simulation, shape (saved run, n, ...) each, NaN after a run's end.
 
     Args:
         model: The model.
@@ -34,6 +53,7 @@ class Histories:
         self.every_steps = 0 if save is None else _every_steps(save.every, model.step)
         self.time: np.ndarray = np.zeros(0)
         self.channels: dict[str, np.ndarray] = {}
+        self._rows: dict[int, int] = {}
         self._layers: list[str] = []
         self.probe_rows, self.probe_shape = np.zeros((0, 2), np.int32), np.zeros((0, 4))
         self.sample_rows = np.full(channel_rows.CHANNELS, -1, np.int32)
@@ -41,13 +61,17 @@ class Histories:
         self._mass_factor: BlockFactor | None = None
         if save is None:
             return
-        self._steps = steps
-        samples = int(steps.max()) // self.every_steps + 1
+        saved = range(len(steps)) if save.runs is None else save.runs
+        unknown = [run for run in saved if not 0 <= run < len(steps)]
+        if unknown:
+            raise ValueError(f"save.runs: {unknown[0]} is not one of the {len(steps)} runs, counted from 0")
+        self._rows = {run: row for row, run in enumerate(saved)}
+        samples = max((int(steps[run]) for run in saved), default=0) // self.every_steps + 1
         self.time = np.arange(samples) * self.every_steps * model.step
         self._plan(save)
         widths = self._widths(save)
         for name in save.channels:
-            self.channels[name] = np.full((len(steps), samples, widths[name]), np.nan)
+            self.channels[name] = np.full((len(saved), samples, widths[name]), np.nan)
 
     def _plan(self, save: SaveAt) -> None:
         """Probes of the layers and the place of each channel in a sample."""
@@ -103,14 +127,24 @@ class Histories:
         """Rows of lane memory for the accelerations of the probes."""
         return 2 * len(self.probe_rows)
 
-    def buffer(self, blocks: int, chunk: int) -> np.ndarray:
-        """Room for the samples of one chunk, shape (block, sample, row, lane)."""
+    def saved_first(self, members: list[int]) -> list[int]:
+        """The runs of a batch by whole blocks, those that hold a saved run first: the others are not sampled."""
+        cuts = range(0, len(members) - len(members) % LANES, LANES)
+        blocks = [members[cut : cut + LANES] for cut in cuts]
+        blocks.sort(key=lambda block: not any(run in self._rows for run in block))
+        # A last block that is not full stays the last, or all blocks after it would lose their order.
+        return [*(run for block in blocks for run in block), *members[len(blocks) * LANES :]]
+
+    def buffer(self, members: list[int], chunk: int) -> np.ndarray:
+        """Room for the samples of one chunk, shape (block, sample, row, lane), for the blocks that hold saved runs."""
+        saved = [place // LANES for place, run in enumerate(members) if run in self._rows]
+        blocks = max(saved, default=0) + 1
         slots = chunk // self.every_steps + 1 if self.every_steps else 1
         return aligned_zeros((blocks, slots, max(self._width, 1), LANES))
 
     def begin(self, run: int, inputs: RunInputs, state: InitialState) -> None:
         """The sample at t = 0 of one run."""
-        if not self.channels:
+        if run not in self._rows:
             return
         model = self.model
         track = model.track
@@ -135,7 +169,7 @@ class Histories:
             load -= track.stiffness.dot(state.track) + track.damping.dot(state.track_velocity)
             first["rail_acceleration"] = self._probes(self._layers.index("rail"), self._mass_factor.solve(load))
         for name, history in self.channels.items():
-            history[run, 0] = first[name]
+            history[self._rows[run], 0] = first[name]
 
     def _probes(self, layer: int, vector: np.ndarray) -> np.ndarray:
         """Values of one layer's probes from a track vector of shape (node, dof)."""
@@ -149,20 +183,32 @@ class Histories:
 
     def take(self, members: list[int], samples: np.ndarray, first: int, count: int, batch: Batch) -> None:
         """Copy the samples of steps first + 1 ... first + count, up to each run's end."""
-        if not self.channels or not self.every_steps:
+        if not self._rows:
             return
         every = self.every_steps
         begin, end = first // every + 1, (first + count) // every + 1
         completed = batch.steps
         alive = batch.lanes(batch.memory[:, batch.at.active : batch.at.active + 1])[:, 0] > 0.5
         for place, run in enumerate(members):
+            if run not in self._rows:
+                continue
             stop = end if alive[place] else min(end, int(completed[place]) // every + 1)
             if stop <= begin:
                 continue
             taken = samples[place // LANES, : stop - begin, :, place % LANES]
             for name, history in self.channels.items():
                 row, width = self._rows_of(name), history.shape[2]
-                history[run, begin:stop] = taken[:, row : row + width]
+                history[self._rows[run], begin:stop] = taken[:, row : row + width]
+
+    def piece(self, members: list[int], first: int, count: int) -> Piece | None:
+        """The samples of the same steps, for whoever follows; None where there is none. The first has t = 0 too."""
+        runs = tuple(run for run in members if run in self._rows)
+        every = max(self.every_steps, 1)
+        begin, end = first // every + 1 if first else 0, (first + count) // every + 1
+        if not runs or begin >= end:
+            return None
+        rows = [self._rows[run] for run in runs]
+        return Piece(runs, begin, {name: history[rows, begin:end] for name, history in self.channels.items()})
 
     def _rows_of(self, name: str) -> int:
         """First row of a channel in a sample."""

@@ -112,17 +112,27 @@ class SaveAt:
     """Names from `CHANNELS`."""
     rail_at: np.ndarray
     """Points of the channels rail, slab and base [m], shape (point,)."""
+    runs: tuple[int, ...] | None
+    """The runs whose histories are saved, in the order of the histories; None for all."""
 
-    def __init__(self, every: float, channels: Sequence[str] = ("contact_force",), rail_at: ArrayLike = ()) -> None:
+    def __init__(
+        self,
+        every: float,
+        channels: Sequence[str] = ("contact_force",),
+        rail_at: ArrayLike = (),
+        *,
+        runs: Sequence[int] | None = None,
+    ) -> None:
         """Choose what to save.
 
         Args:
             every: Time between samples [s].
             channels: Names from `CHANNELS`.
             rail_at: Points [m] of rail, slab and base.
+            runs: Indices of the runs whose histories are saved, None for all.
 
         Raises:
-            ValueError: If a channel is unknown, a point is missing or `every` is not positive.
+            ValueError: If a channel is unknown, a point is missing, a run is named twice or `every` is not positive.
         """
         unknown = [name for name in channels if name not in CHANNELS]
         if unknown:
@@ -136,6 +146,9 @@ class SaveAt:
         _store(self, "every", float(every))
         _store(self, "channels", tuple(dict.fromkeys(channels)))
         _store(self, "rail_at", points)
+        if runs is not None and len(set(runs)) != len(runs):
+            raise ValueError(f"save.runs = {list(runs)}: each run at most once")
+        _store(self, "runs", None if runs is None else tuple(int(run) for run in runs))
 
 
 def _store(target: object, name: str, value: object) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tbatch.engine.batch import Batch
-from tbatch.engine.histories import Histories
+from tbatch.engine.histories import Follow, Histories
 from tbatch.engine.memory import available_memory
 from tbatch.engine.model import Model
 from tbatch.engine.prepare import Preparation, step_counts
@@ -45,6 +45,7 @@ def simulate(
     initial: str | State = "static",
     threads: int | None = None,
     save: SaveAt | None = None,
+    follow: Follow | None = None,
     progress: Callable[[Progress], None] | None = None,
     memory: float | None = None,
     chunk: int | None = None,
@@ -58,6 +59,7 @@ def simulate(
         initial: "static" equilibrium, "rest" (undeformed track, static contact force) or a `State`.
         threads: Worker threads; None for all processors available.
         save: Histories to keep; None for summary and separations only.
+        follow: Called after each chunk with what it added to the saved histories.
         progress: Called after each chunk; an exception it raises stops the simulation.
         memory: Most bytes a batch may take; None for a quarter of what is available.
         chunk: Steps a launch; None to aim at 0.08 s.
@@ -82,13 +84,16 @@ def simulate(
             if inputs and used > limit and len(inputs) % LANES == 0:
                 break
             inputs.append(one)
-        members, waiting = waiting[: len(inputs)], waiting[len(inputs) :]
+        taken = dict(zip(waiting, inputs, strict=False))
+        waiting = waiting[len(inputs) :]
+        members = histories.saved_first(list(taken))
+        inputs = [taken[run] for run in members]
         most = max(1, min(longest, RUN_STEPS_A_CHUNK // len(inputs) if chunk is None else chunk))
         states = [preparation.start(run, one) for run, one in zip(members, inputs, strict=True)]
         for run, one, state in zip(members, inputs, states, strict=True):
             histories.begin(run, one, state)
         batch = Batch(model, inputs, states, collected.statistics, spare_rows=histories.probe_rows_needed, chunk=most)
-        _advance(model, batch, members, most, chunk is None, threads, histories, collected)
+        _advance(model, batch, members, most, chunk is None, threads, histories, collected, follow)
         collected.finish(batch, members)
     return collected.result(runs, histories)
 
@@ -122,9 +127,10 @@ def _advance(
     threads: int | None,
     histories: Histories,
     collected: "_Collected",
+    follow: Follow | None,
 ) -> None:
     """Launch chunks until every run of the batch has ended."""
-    launch = _Launch(model, batch, histories, collected.statistics, most, threads)
+    launch = _Launch(model, batch, members, histories, collected.statistics, most, threads)
     n, count = 0, min(most, 8) if adapt else most
     while batch.active:
         batch.need_profiles(n, count)
@@ -133,6 +139,8 @@ def _advance(
         seconds = time.perf_counter() - began
         collected.chunk(batch, members, n, count, seconds)
         histories.take(members, launch.samples, n, count, batch)
+        if follow is not None and (piece := histories.piece(members, n, count)) is not None:
+            follow(piece)
         n += count
         if adapt:
             count = int(np.clip(count * CHUNK_SECONDS / max(seconds, 1e-6), 1, min(4 * count, most)))
@@ -142,7 +150,14 @@ class _Launch:
     """The kernel with everything of one batch bound to it."""
 
     def __init__(
-        self, model: Model, batch: Batch, histories: Histories, statistics: Any, most: int, threads: int | None
+        self,
+        model: Model,
+        batch: Batch,
+        members: list[int],
+        histories: Histories,
+        statistics: Any,
+        most: int,
+        threads: int | None,
     ) -> None:
         from tbatch.engine import runtime
 
@@ -150,7 +165,7 @@ class _Launch:
         from tbatch.engine.kernels.advance import advance
 
         self._kernel = advance
-        self.samples = histories.buffer(len(batch.memory), most)
+        self.samples = histories.buffer(members, most)
         self._every = histories.every_steps
         self._compiled_in = (model.factor.pattern, batch.at, statistics.accumulators)
         self._model = _model_arguments(model, histories)

@@ -63,24 +63,46 @@ def open_viewer(files: Sequence[str | Path], *, started: float = STARTED) -> Non
         ViewerUnavailable: No display, no graphics device or no viewer here.
     """
     paths = [Path(file).absolute() for file in files]
+    _start([*map(str, paths)], _instead(paths), started)
+
+
+def connect_viewer(url: str, *, memory: str, started: float = STARTED) -> int:
+    """Open a viewer on what a server passes on, which stays open when that ends.
+
+    Args:
+        url: The server's address.
+        memory: Most that the viewer keeps, "1GiB"; the oldest goes first.
+        started: How long to watch for a failing start [s].
+
+    Returns:
+        The viewer's process number.
+
+    Raises:
+        ViewerUnavailable: No display, no graphics device or no viewer here.
+    """
+    return _start(["--memory-limit", memory, "--connect", url], f"run `rerun --connect {url}` elsewhere", started)
+
+
+def _start(arguments: Sequence[str], instead: str, started: float) -> int:
     if not has_display(os.environ, sys.platform):
-        raise ViewerUnavailable(f"no display here: {_instead(paths)}")
+        raise ViewerUnavailable(f"no display here: {instead}")
     binary = find_binary()
     if binary is None:
-        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk): {_instead(paths)}")
+        raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk): {instead}")
     # The native program, not the `rerun` script, which would have to stay as its parent (rerun 0.41); and on the
     # loopback alone, since a viewer listens to the whole network by default.
-    command = [str(binary), "--bind", "127.0.0.1", *map(str, paths)]
+    command = [str(binary), "--bind", "127.0.0.1", *arguments]
     with tempfile.TemporaryFile() as log:
         try:
             child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
         except OSError as error:
-            raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {_instead(paths)}") from error
+            raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {instead}") from error
         code = _watch(child, started)
         if code:
             log.seek(0)
             reason = _reason(log.read().decode(errors="replace")) or f"exit code {code}"
-            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}): {_instead(paths)}")
+            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}): {instead}")
+    return child.pid
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:

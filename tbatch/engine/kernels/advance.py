@@ -70,7 +70,8 @@ def advance(
     for b in range(memory.shape[0]):
         for n in range(first_step, first_step + step_count):
             if memory[b, at.active].sum() > 0.5:
-                sampled = every > 0 and (n + 1) % ti.max(every, 1) == 0
+                # Blocks beyond the buffer hold no run whose history is asked for.
+                sampled = every > 0 and b < samples.shape[0] and (n + 1) % ti.max(every, 1) == 0
                 if sampled:
                     begin_probes(memory, probe_rows, probe_shape, displacement, velocity, b, probe_memory)
                 good = memory[b, at.active]
