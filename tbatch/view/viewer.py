@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import IO, Any
 
 STARTED = 3.0  # a viewer that lives this long has found its display and its graphics device [s]
 
@@ -83,26 +84,71 @@ def connect_viewer(url: str, *, memory: str, started: float = STARTED) -> int:
     return _start(["--memory-limit", memory, "--connect", url], f"run `rerun --connect {url}` elsewhere", started)
 
 
-def _start(arguments: Sequence[str], instead: str, started: float) -> int:
+def open_catalogue(name: str, runs: Sequence[Path], envelopes: Sequence[Path] = ()) -> None:
+    """Open the table of a campaign's recordings in a viewer of its own, which stays open when this process ends.
+
+    Args:
+        name: The campaign's name.
+        runs: Recordings of runs, that with the most separations first.
+        envelopes: Recordings of envelopes.
+
+    Raises:
+        ViewerUnavailable: No display, no graphics device or no viewer here.
+    """
+    files, more = ([str(file.absolute()) for file in some] for some in (runs, envelopes))
+    instead = _instead([Path(file) for file in [*files, *more]])
+    binary = viewer_here(instead)
+    command = [sys.executable, "-m", "tbatch.view.timeline.catalogue", str(binary), name, *files, "--", *more]
+    with tempfile.TemporaryFile() as log:
+        child = _launch(command, instead, log, stdout=subprocess.PIPE)
+        assert child.stdout is not None
+        with child.stdout as said:
+            opened = said.readline().strip() == b"open"  # or nothing, at its end
+        if not opened:
+            raise _not_started(child.wait(), log, instead)
+
+
+def viewer_here(instead: str) -> Path:
+    """Find the viewer's native program where it can be shown.
+
+    Args:
+        instead: What to do otherwise.
+
+    Raises:
+        ViewerUnavailable: No display or no viewer here.
+    """
     if not has_display(os.environ, sys.platform):
         raise ViewerUnavailable(f"no display here: {instead}")
     binary = find_binary()
     if binary is None:
         raise ViewerUnavailable(f"the rerun viewer is not installed here (pip install rerun-sdk): {instead}")
+    return binary
+
+
+def _start(arguments: Sequence[str], instead: str, started: float) -> int:
+    binary = viewer_here(instead)
     # The native program, not the `rerun` script, which would have to stay as its parent (rerun 0.41); and on the
     # loopback alone, since a viewer listens to the whole network by default.
     command = [str(binary), "--bind", "127.0.0.1", *arguments]
     with tempfile.TemporaryFile() as log:
-        try:
-            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True)
-        except OSError as error:
-            raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {instead}") from error
+        child = _launch(command, instead, log, stdout=log)
         code = _watch(child, started)
         if code:
-            log.seek(0)
-            reason = _reason(log.read().decode(errors="replace")) or f"exit code {code}"
-            raise ViewerUnavailable(f"the rerun viewer does not start ({reason}): {instead}")
+            raise _not_started(code, log, instead)
     return child.pid
+
+
+def _launch(command: Sequence[str], instead: str, log: IO[bytes], *, stdout: Any) -> subprocess.Popen[bytes]:
+    try:
+        return subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=stdout, stderr=log, start_new_session=True)
+    except OSError as error:
+        raise ViewerUnavailable(f"the rerun viewer does not start ({error}): {instead}") from error
+
+
+def _not_started(code: int, log: IO[bytes], instead: str) -> ViewerUnavailable:
+    log.seek(0)
+    reason = _reason(log.read().decode(errors="replace")) or f"exit code {code}"
+    return ViewerUnavailable(f"the rerun viewer does not start ({reason}): {instead}")
 
 
 def has_display(environment: Mapping[str, str], platform: str) -> bool:

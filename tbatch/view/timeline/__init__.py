@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tbatch.view.envelope import Envelope
 from tbatch.view.record import RunRecord
 
-__all__ = ["write_recording"]
+__all__ = ["write_envelope", "write_recording"]
 
 
 def write_recording(record: RunRecord, path: str | Path) -> Path:
@@ -28,3 +29,18 @@ def write_recording(record: RunRecord, path: str | Path) -> Path:
     from tbatch.view.timeline.recording import write
 
     return write(record, Path(path))
+
+
+def write_envelope(envelope: Envelope, path: str | Path) -> Path:
+    """Write the spread of one speed's forces as an .rrd file, in one go: the file is whole or not there.
+
+    Args:
+        envelope: The envelope.
+        path: Where to write; folders are made, a file of that name is replaced.
+
+    Returns:
+        The path written.
+    """
+    from tbatch.view.timeline.envelope import write
+
+    return write(envelope, Path(path))

@@ -1,4 +1,4 @@
-"""What a live view draws: a campaign's probabilities as they settle, and the forces of a few of its runs as they pass."""
+"""What a live view draws: a campaign's probabilities as they settle, and the forces of a few of its runs."""
 
 from __future__ import annotations
 
@@ -82,11 +82,11 @@ class LiveRecording:
 
     def _piece(self, piece: Piece) -> None:
         for case, ratio in piece.ratio.items():
-            alive = np.isfinite(ratio).all(axis=1)
-            ratio = ratio[: int(alive.sum())]
+            chunk = len(ratio)
+            ratio = ratio[np.isfinite(ratio).all(axis=1)]
             if not len(ratio):
                 continue
-            at = piece.began + (piece.ended - piece.began) * (np.arange(len(ratio)) + 1) / len(alive)
+            at = piece.began + (piece.ended - piece.began) * (np.arange(len(ratio)) + 1) / chunk
             blocks = np.arange(0, len(ratio), max(1, round(STRIP_INTERVAL / piece.every)))
             if case not in self._looking:
                 self._looking.add(case)

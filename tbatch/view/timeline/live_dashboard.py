@@ -79,8 +79,8 @@ def live_dashboard(began: Began, chart: Chart) -> rrb.Blueprint:
     infinite = rr.TimeRangeBoundary.infinite
     whole = rrb.TimeAxis(view_range=rr.TimeRange(start=infinite(), end=infinite()))
     cursor = rr.TimeRangeBoundary.cursor_relative
-    window = {"start": cursor(seconds=-STRIP_SHOWN), "end": cursor(seconds=0.0)}
-    latest = [rr.VisibleTimeRange(ELAPSED, **window)]
+    window = rr.TimeRange(start=cursor(seconds=-STRIP_SHOWN), end=cursor(seconds=0.0))
+    latest = [rr.VisibleTimeRange(ELAPSED, range=window)]
     left: list[rrb.View] = [
         rrb.TimeSeriesView(
             origin="/probability",
@@ -97,7 +97,7 @@ def live_dashboard(began: Began, chart: Chart) -> rrb.Blueprint:
                 name=f"Q/Q0 of one run after the other at {speed_name(began, case)}",
                 axis_y=rrb.ScalarAxis(range=(-0.2, FORCE_TOP), zoom_lock=True),
                 time_ranges=latest,
-                axis_x=rrb.TimeAxis(view_range=rr.TimeRange(**window)),
+                axis_x=rrb.TimeAxis(view_range=window),
                 plot_legend=rrb.PlotLegend(visible=place == 0, corner=rrb.Corner2D.LeftTop),
             )
         )

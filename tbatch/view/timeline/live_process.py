@@ -34,8 +34,10 @@ def main(url: str, server: int, file: str | None) -> None:
     from tbatch.view.timeline.live import LiveRecording
 
     stream = rr.RecordingStream("tbatch-live", send_properties=False)
-    sinks = [rr.GrpcSink(url), *([rr.FileSink(file)] if file else [])]
-    stream.set_sinks(*sinks)
+    if file:
+        stream.set_sinks(rr.GrpcSink(url), rr.FileSink(file))
+    else:
+        stream.set_sinks(rr.GrpcSink(url))
     stream.set_log_time_enabled(False)
     recording = LiveRecording(stream)
     with suppress(EOFError, pickle.UnpicklingError):  # the campaign is over, or was killed in the middle of a word
