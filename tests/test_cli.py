@@ -14,6 +14,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
+import psutil
 import pytest
 
 import tbatch.scenario as tbatch_scenario
@@ -157,6 +158,41 @@ def test_view_without_a_display_says_what_to_do_instead(folder, monkeypatch):
     assert "display" in done.stderr
 
 
+def test_view_prints_the_table_of_recorded_runs_and_makes_what_is_missing(folder, tmp_path, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    copy = copy_of(folder, tmp_path)
+    done = tbatch("view", copy, "--sort", "speed")
+    assert done.returncode == 2
+    assert [line.split()[1] for line in done.stdout.splitlines()[2:]] == ["350", "200"]
+    assert "--write" in done.stderr
+    assert not (copy / "views").exists()
+    done = tbatch("view", copy, "--write")
+    assert done.returncode == 0
+    paths = [Path(line) for line in done.stdout.splitlines()]
+    assert [path.parent.name for path in paths] == ["rrd", "rrd", "views", "views"]
+    assert all(path.stat().st_size > 10_000 for path in paths)
+    done = tbatch("view", copy, "--run", "c00-s000009")
+    assert done.returncode == 2
+    assert "c00-s000000 to c01-s000003" in done.stderr
+
+
+def test_live_is_no_dry_run(tmp_path):
+    done = tbatch("run", "quick", "--dry-run", "--live", "--out", tmp_path)
+    assert done.returncode == 2
+    assert "--dry-run runs nothing" in done.stderr
+
+
+def test_a_part_can_be_watched_and_says_how_from_elsewhere(tmp_path, monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    done = tbatch("run", "quick", *SHORT, "--out", tmp_path, "--shard", "0/2", "--live", "--serve")
+    assert done.returncode == 0
+    assert "http://127.0.0.1:" in done.stderr
+    assert "ssh -L" in done.stderr
+
+
 def test_a_folder_in_use_is_refused(folder):
     with FolderLock(folder):
         done = tbatch("run", "quick", *SHORT, "--out", folder)
@@ -170,10 +206,11 @@ def test_a_changed_key_is_refused_by_name(folder):
     assert "campaign.seed: stored 1, given 5" in done.stderr
 
 
+@pytest.mark.parametrize("watched", [[], ["--live", "--serve"]])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_a_campaign_that_can_be_resumed(tmp_path, number):
+def test_a_signal_stops_a_campaign_that_can_be_resumed(tmp_path, number, watched):
     folder = tmp_path / "folder"
-    options = [*SHORT, "--out", folder, "--keep", "none", "--runs", "20000"]
+    options = [*SHORT, "--out", folder, "--keep", "none", "--runs", "20000", *watched]
     command = [sys.executable, "-m", "tbatch", "run", "quick", *map(str, options)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     stored = folder / "runs"
@@ -182,9 +219,12 @@ def test_a_signal_stops_a_campaign_that_can_be_resumed(tmp_path, number):
         assert process.poll() is None
         assert time.monotonic() < until
         time.sleep(0.05)
+    helpers = psutil.Process(process.pid).children()
+    assert bool(helpers) == bool(watched)
     process.send_signal(number)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 128 + number
+    assert not any(helper.is_running() for helper in helpers)
     assert f"resume with: tbatch resume {folder}" in said
     assert "Traceback" not in said
     status = tbatch("status", folder)
@@ -202,8 +242,6 @@ def test_all_errors_of_a_scenario_are_said_at_once():
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["run", "quick", "--live"],
-        ["run", "quick", "--serve"],
         ["run", "quick", "--arch", "cuda"],
     ],
 )

@@ -152,7 +152,7 @@ class LiveView:
     def _open(self, url: str) -> None:
         """Opens a window; beside the campaign, since it takes seconds to know whether it could be opened."""
         try:
-            connect_viewer(url, memory=MEMORY)
+            yield_processor(connect_viewer(url, memory=MEMORY))
         except ViewerUnavailable as error:
             self._say(str(error))
 

@@ -48,13 +48,15 @@ def write(envelope: Envelope, path: Path) -> Path:
 
 def sheet(envelope: Envelope) -> str:
     """What the curves are, in words."""
-    worst = int(np.argmax(envelope.separated))
+    worst = int(np.nanargmax(envelope.separated))
+    most = int(envelope.passages.max())
+    length = envelope.place[1] - envelope.place[0] if len(envelope.place) > 1 else 0.0
     return "\n".join(
         [
             f"# {envelope.speed * KMH:.4g} km/h",
             "",
-            f"{envelope.runs} runs of {envelope.campaign}, simulated again; at most {envelope.passages.max()} passages "
-            f"of wheels a place, bins of {envelope.place[1] - envelope.place[0] if len(envelope.place) > 1 else 0:.2f} m.",
+            f"{envelope.runs} runs of {envelope.campaign}, simulated again; at most {most} passages of wheels a place, "
+            f"bins of {length:.2f} m.",
             "",
             "A passage counts in a bin with its largest Q/Q0 for max, 99.85 % and 95 %, with that at the middle for "
             "50 %, with its least for 5 %.",
