@@ -149,50 +149,6 @@ def test_replay_gives_the_stored_run_bit_for_bit_and_a_recording(folder, tmp_pat
     assert file.stat().st_size > 10_000
 
 
-def test_view_without_a_display_says_what_to_do_instead(folder, monkeypatch):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(sys, "platform", "linux")
-    done = tbatch("view", folder)
-    assert done.returncode == 2
-    assert "display" in done.stderr
-
-
-def test_view_prints_the_table_of_recorded_runs_and_makes_what_is_missing(folder, tmp_path, monkeypatch):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(sys, "platform", "linux")
-    copy = copy_of(folder, tmp_path)
-    done = tbatch("view", copy, "--sort", "speed")
-    assert done.returncode == 2
-    assert [line.split()[1] for line in done.stdout.splitlines()[2:]] == ["350", "200"]
-    assert "--write" in done.stderr
-    assert not (copy / "views").exists()
-    done = tbatch("view", copy, "--write")
-    assert done.returncode == 0
-    paths = [Path(line) for line in done.stdout.splitlines()]
-    assert [path.parent.name for path in paths] == ["rrd", "rrd", "views", "views"]
-    assert all(path.stat().st_size > 10_000 for path in paths)
-    done = tbatch("view", copy, "--run", "c00-s000009")
-    assert done.returncode == 2
-    assert "c00-s000000 to c01-s000003" in done.stderr
-
-
-def test_live_is_no_dry_run(tmp_path):
-    done = tbatch("run", "quick", "--dry-run", "--live", "--out", tmp_path)
-    assert done.returncode == 2
-    assert "--dry-run runs nothing" in done.stderr
-
-
-def test_a_part_can_be_watched_and_says_how_from_elsewhere(tmp_path, monkeypatch):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    done = tbatch("run", "quick", *SHORT, "--out", tmp_path, "--shard", "0/2", "--live", "--serve")
-    assert done.returncode == 0
-    assert "http://127.0.0.1:" in done.stderr
-    assert "ssh -L" in done.stderr
-
-
 def test_a_folder_in_use_is_refused(folder):
     with FolderLock(folder):
         done = tbatch("run", "quick", *SHORT, "--out", folder)

@@ -45,13 +45,10 @@ class Views:
 
     @cached_property
     def folder(self) -> Path:
-        """Where they are written."""
+        """Where they are written; it is there when something is."""
         folder = self._campaign.folder / VIEWS
-        try:
-            folder.mkdir(exist_ok=True)
-        except OSError:
-            pass
-        return folder if os.access(folder, os.W_OK) else Path(tempfile.mkdtemp(prefix="tbatch-views-"))
+        writable = os.access(folder if folder.exists() else self._campaign.folder, os.W_OK)
+        return folder if writable else Path(tempfile.mkdtemp(prefix="tbatch-views-"))
 
     def kept(self) -> list[Path]:
         """The recordings of kept runs that are there, and of runs looked at before."""
