@@ -10,7 +10,7 @@ import time
 import warnings
 from pathlib import Path
 
-from tbatch.engine.frontend import read_functions_once
+from tbatch.cache import cache_folder
 
 _STALE_LOCK_AGE = 300.0
 _SMOKE = """
@@ -55,11 +55,9 @@ def start(threads: int | None = None) -> Runtime:
 
 
 def _init(threads: int, *, vectors: bool, cache: str) -> None:
-    import tbatch.engine.kernels  # noqa: F401  (silences Taichi before its import)
+    import tbatch.engine.kernels  # noqa: F401  (silences Taichi before its import, and hastens its front end)
     import taichi as ti  # isort: skip
 
-    if _running is None:
-        read_functions_once()
     # ti.init prints to stdout whatever log_level says (taichi 1.7.4).
     with contextlib.redirect_stdout(io.StringIO()):
         ti.init(
@@ -78,15 +76,8 @@ def _init(threads: int, *, vectors: bool, cache: str) -> None:
 
 
 def _cache_folder() -> Path:
-    """A folder that can be written, for compiled kernels: an unwritable one crashes Taichi 1.7.4 at exit."""
-    root = os.environ.get("TBATCH_CACHE") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(root) / "tbatch" / "taichi-1.7.4"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="tbatch-cache-"))
+    """Where compiled kernels are kept: an unwritable folder crashes Taichi 1.7.4 at exit."""
+    folder = cache_folder("taichi-1.7.4") or Path(tempfile.mkdtemp(prefix="tbatch-cache-"))
     # A lock left by a killed process disables the cache for ever, silently.
     for lock in folder.rglob("*.lock"):
         with contextlib.suppress(OSError):

@@ -1,4 +1,4 @@
-"""The front end that reads each kernel function once compiles what Taichi's own does, and says where a mistake stands."""
+"""The front end that reads each function once compiles what Taichi's own does, and says where a mistake stands."""
 
 import importlib.util
 
