@@ -56,6 +56,8 @@ class LiveView:
             log: A file for what goes wrong while drawing; default: it is not kept.
         """
         self._say, self._web, self._window, self._record, self._log = say, web, window, record, log
+        self.address: Address | None = None
+        """Where it is served, while it is."""
         self._feed: Feed | None = None
         self._server: subprocess.Popen[bytes] | None = None
         self._campaign: Campaign | None = None
@@ -131,7 +133,7 @@ class LiveView:
         binary = find_binary()
         if binary is None:
             raise ViewerUnavailable("the rerun viewer is not installed here (pip install rerun-sdk)")
-        address = Address.free(web=self._web)
+        address = self.address = Address.free(web=self._web)
         command = [str(binary), "--serve-web" if self._web else "--serve-grpc", "--bind", LOOPBACK]
         command += ["--port", str(address.port), "--server-memory-limit", MEMORY]
         command += ["--web-viewer-port", str(address.web_port)] if self._web else []
