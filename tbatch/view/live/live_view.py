@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from tbatch.campaign.campaign import Campaign
 
 STRIPS = 4  # runs followed at a time, of as many speeds
-STATE_INTERVAL = 0.25  # least time between two states [s]
+STATE_INTERVAL = 0.5  # least time between two states [s]
+PIECE_INTERVAL = 0.25  # least time between two pieces: drawing one costs the same whatever it holds [s]
 MOST_SAMPLES = 200_000  # of a followed run; a longer one is followed with wider steps
 MEMORY = "1GiB"  # that the server keeps for viewers that come later; the oldest goes first
 NICENESS = 10  # of all that only shows: the kernels come first
@@ -63,8 +64,10 @@ class LiveView:
         self._campaign: Campaign | None = None
         self._told: set[Shard] = set()
         self._followed: tuple[int, ...] = ()
-        self._began = self._chunk_began = self._state_at = 0.0
+        self._began = self._piece_began = self._state_at = 0.0
         self._first_force: np.ndarray = np.zeros(0)
+        self._collected: dict[int, list[np.ndarray]] = {}
+        self._first: tuple[int, float] | None = None  # sample that the collected ones begin with, and their spacing
         self._steps: Sequence[int] = ()
         self._last: Progress | None = None
 
@@ -81,6 +84,7 @@ class LiveView:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Shows the last state and ends both; viewers stay open with what they have."""
+        self._pass_on()
         if self._last is not None:
             self._tell(self._last)
         self._end()
@@ -107,8 +111,8 @@ class LiveView:
         longest = max(self._steps[case] for case in places)
         every = campaign.step * -(-longest // MOST_SAMPLES)
         cases = sorted(places)
+        self._pass_on()
         self._put(Batch(self._elapsed(), {case: run_name(*pairs[places[case]]) for case in cases}))
-        self._chunk_began = self._elapsed()
         case_of = {places[case]: case for case in cases}
         save = SaveAt(every, ("contact_force",), runs=[places[case] for case in cases])
         return Following(save, lambda piece: self._take(piece, case_of, every))
@@ -159,14 +163,26 @@ class LiveView:
             self._say(str(error))
 
     def _take(self, piece: Any, case_of: dict[int, int], every: float) -> None:
-        """Passes on what a chunk added, over the static forces that the runs began with."""
-        began, self._chunk_began = self._chunk_began, self._elapsed()
+        """Collects what chunks add, over the static forces that the runs began with, and passes it on in pieces."""
         force = piece.channels["contact_force"]
         if piece.first == 0:
+            self._pass_on()
             self._first_force = force[:, :1].copy()
         ratio = (force / self._first_force).astype(np.float32)
-        of_case = {case_of[run]: ratio[row] for row, run in enumerate(piece.runs)}
-        self._put(Piece(began, self._chunk_began, piece.first, every, of_case))
+        for run, added in zip(piece.runs, ratio, strict=True):
+            self._collected.setdefault(case_of[run], []).append(added)
+        if self._first is None:
+            self._first = (piece.first, every)
+        if self._elapsed() - self._piece_began >= PIECE_INTERVAL:
+            self._pass_on()
+
+    def _pass_on(self) -> None:
+        began, self._piece_began = self._piece_began, self._elapsed()
+        if self._first is not None:
+            first, every = self._first
+            of_case = {case: np.concatenate(added) for case, added in self._collected.items()}
+            self._put(Piece(began, self._piece_began, first, every, of_case))
+        self._collected, self._first = {}, None
 
     def _tell_stored(self) -> None:
         if self._campaign is None:

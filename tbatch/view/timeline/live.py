@@ -69,14 +69,15 @@ class LiveRecording:
         rate = rr.SeriesLines(names="1000 run-steps/s", colors=[palette.RAIL], aggregation_policy="MinMax")
         stream.log("throughput", rate, static=True, strict=True)
         self._chart.send_frame(stream)
-        self._text(0.0, f"{began.name}: {len(began.speeds)} speeds, folder {began.folder}")
+        self._text([0.0], [f"{began.name}: {len(began.speeds)} speeds, folder {began.folder}"])
 
     def _batch(self, batch: Batch) -> None:
         assert self._began is not None
-        for case, name in batch.runs.items():
+        for case in batch.runs:
             if self._wheels:  # a gap before the next run, which has nothing to do with the one before
                 self._strip(case, np.array([batch.elapsed]), np.full((1, self._wheels), np.nan))
-            self._text(batch.elapsed, f"{name} at {speed_name(self._began, case)} begins")
+        texts = [f"{name} at {speed_name(self._began, case)} begins" for case, name in batch.runs.items()]
+        self._text([batch.elapsed] * len(texts), texts)
         self._names.update(batch.runs)
         self._off.clear()
 
@@ -93,8 +94,7 @@ class LiveRecording:
                 self._looks(case, range(ratio.shape[1]))
             samples, rows = extremes(ratio.astype(float), blocks)
             self._strip(case, at[samples], rows)
-            for wheel, off in enumerate((ratio == 0.0).T):
-                self._separations(case, wheel, off, at, piece)
+            self._separations(case, ratio, at, piece)
 
     def _strip(self, case: int, at: NDArray[np.float64], rows: NDArray[np.float64]) -> None:
         """Sends a stretch of the forces of one run."""
@@ -114,22 +114,29 @@ class LiveRecording:
         self._stream.log(f"forces/{case}/wheels", lines, static=True, strict=True)
         self._stream.log(f"forces/{case}/separation", marks, static=True, strict=True)
 
-    def _separations(
-        self, case: int, wheel: int, off: NDArray[np.bool_], at: NDArray[np.float64], piece: Piece
-    ) -> None:
-        """Marks where a followed wheel loses contact, and says for how long when it is back."""
-        changes = np.flatnonzero(np.diff(off.astype(np.int8), prepend=np.int8((case, wheel) in self._off)))
-        for change in changes:
-            simulated = (piece.first + int(change)) * piece.every
-            if off[change]:
-                self._off[case, wheel] = simulated
-                marks = rr.Scalars.columns(scalars=[0.0])
-                times = [_elapsed(at[change : change + 1])]
-                self._stream.send_columns(f"forces/{case}/separation", times, marks, strict=True)
-            elif (since := self._off.pop((case, wheel), None)) is not None:
-                lasted = 1e3 * (simulated - since)
-                text = f"{self._names.get(case, '')}: wheel {wheel + 1} off for {lasted:.1f} ms at {since:.3f} s"
-                self._text(float(at[change]), text, "WARN", palette.wheel_colour(wheel))
+    def _separations(self, case: int, ratio: NDArray[np.float32], at: NDArray[np.float64], piece: Piece) -> None:
+        """Marks where followed wheels lose contact, and says for how long when they are back."""
+        marks: list[float] = []
+        lines: list[tuple[float, str, palette.Colour]] = []
+        for wheel, off in enumerate((ratio == 0.0).T):
+            changes = np.flatnonzero(np.diff(off.astype(np.int8), prepend=np.int8((case, wheel) in self._off)))
+            for change in changes:
+                simulated = (piece.first + int(change)) * piece.every
+                if off[change]:
+                    self._off[case, wheel] = simulated
+                    marks.append(float(at[change]))
+                elif (since := self._off.pop((case, wheel), None)) is not None:
+                    lasted = f"off for {1e3 * (simulated - since):.1f} ms at {since:.3f} s"
+                    text = f"{self._names.get(case, '')}: wheel {wheel + 1} {lasted}"
+                    lines.append((float(at[change]), text, palette.wheel_colour(wheel)))
+        # Whatever is sent costs a millisecond, however little it is.
+        if marks:
+            marks.sort()
+            zeros = rr.Scalars.columns(scalars=np.zeros(len(marks)))
+            self._stream.send_columns(f"forces/{case}/separation", [_elapsed(marks)], zeros, strict=True)
+        if lines:
+            lines.sort()
+            self._text([when for when, _, _ in lines], [text for _, text, _ in lines], [c for _, _, c in lines])
 
     def _state(self, state: State) -> None:
         self._states = [one for one in self._states if one[0] > state.elapsed - RATE_WINDOW]
@@ -138,6 +145,8 @@ class LiveRecording:
         if last > first and after > before:
             self._stream.set_time(ELAPSED, duration=state.elapsed)
             self._stream.log("throughput", rr.Scalars(1e-3 * (after - before) / (last - first)), strict=True)
+        for case in self._began.followed if self._began is not None else ():
+            self._probability(case, state.elapsed)  # the lines reach to the cursor
         done = f"{state.runs_done} of {state.runs_total} runs stored, {state.separations} separations"
         if state.phase != "running":
             done = f"{state.phase}; {done}"
@@ -153,13 +162,17 @@ class LiveRecording:
                 runs = rr.TimeColumn(RUNS, sequence=rows[:, 0].astype(np.int64))
                 # On the time line of runs the whole path, on the clock what is known by now.
                 self._stream.send_columns(f"probability/{case}", [runs], bounds, strict=True)
-                now = rr.Scalars.columns(scalars=rows[-1, 1:]).partition([3])
-                at = _elapsed(np.array([stored.elapsed]))
-                self._stream.send_columns(f"probability/{case}", [at], now, strict=True)
+                self._probability(case, stored.elapsed)
             self._histogram(stored.elapsed, case)
         self._stream.set_time(ELAPSED, duration=stored.elapsed)
         self._chart.send(self._stream, self._counts)
         self._table(stored.elapsed, "")
+
+    def _probability(self, case: int, elapsed: float) -> None:
+        """Sends what is known by now of the probability at a speed."""
+        if self._counts[case].runs:
+            now = rr.Scalars.columns(scalars=self._counts[case].probability).partition([3])
+            self._stream.send_columns(f"probability/{case}", [_elapsed([elapsed])], now, strict=True)
 
     def _histogram(self, elapsed: float, case: int) -> None:
         assert self._began is not None
@@ -192,9 +205,12 @@ class LiveRecording:
         self._stream.set_time(ELAPSED, duration=elapsed)
         self._stream.log("table", rr.TextDocument("\n".join(lines) + "\n", media_type="text/markdown"), strict=True)
 
-    def _text(self, elapsed: float, text: str, level: str = "INFO", colour: palette.Colour = palette.RAIL) -> None:
-        columns = rr.TextLog.columns(text=[text], level=[level], color=[colour])
-        self._stream.send_columns("log", [_elapsed(np.array([elapsed]))], columns, strict=True)
+    def _text(self, elapsed: Sequence[float], texts: Sequence[str], colours: Sequence[palette.Colour] = ()) -> None:
+        """Sends lines of the log; with a colour they are warnings."""
+        level = "WARN" if colours else "INFO"
+        looks = list(colours) or [palette.RAIL] * len(texts)
+        columns = rr.TextLog.columns(text=list(texts), level=[level] * len(texts), color=looks)
+        self._stream.send_columns("log", [_elapsed(elapsed)], columns, strict=True)
 
 
 def _elapsed(at: NDArray[np.float64] | Sequence[float]) -> rr.TimeColumn:

@@ -58,8 +58,8 @@ class Chart:
         grid = rr.LineStrips2D(lines, colors=[palette.BASE], radii=rr.Radius.ui_points(0.6))
         stream.log("curve/grid", grid, static=True, strict=True)
         named = self.speeds[:: max(1, -(-len(self.speeds) // 7))]
-        places = [[x - 9.0, y] for x, y in (self.place(low, tick) for tick in ticks)]
-        places += [[x, y + 8.0] for x, y in (self.place(speed, 0.0) for speed in named)]
+        places = [[x - 9.0, y - 7.0] for x, y in (self.place(low, tick) for tick in ticks)]
+        places += [[x, y + 5.0] for x, y in (self.place(speed, 0.0) for speed in named)]
         labels = [f"{tick:g}" for tick in ticks] + [f"{speed:.4g}" for speed in named]
         axes = rr.Points2D(places, labels=labels, colors=[palette.RAIL], radii=0.1, show_labels=True)
         stream.log("curve/axes", axes, static=True, strict=True)
@@ -119,7 +119,7 @@ def live_dashboard(began: Began, chart: Chart) -> rrb.Blueprint:
     body = rrb.TextLogColumns(text_log_columns=[encodings.TextLogColumn(kind.Body)])
     log = rrb.TextLogView(origin="/log", name="Followed runs", columns=body)
     numbers = rrb.TextDocumentView(origin="/table", name="Numbers")
-    right = rrb.Vertical(curve, numbers, rrb.Tabs(*histograms), throughput, log, row_shares=[2.2, 2.6, 1.7, 1, 1.5])
+    right = rrb.Vertical(curve, numbers, rrb.Tabs(*histograms), throughput, log, row_shares=[2.3, 2.6, 1.7, 1, 1.4])
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(*left, row_shares=[1.6, *[1.0] * (len(left) - 1)]), right, column_shares=[1.9, 1.0]
