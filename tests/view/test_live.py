@@ -1,5 +1,6 @@
 """A campaign that is watched: what is shown is what happens, and whoever looks or goes changes nothing of it."""
 
+import signal
 import socket
 import subprocess
 import sys
@@ -134,6 +135,23 @@ def test_whoever_shows_it_may_be_killed_midway(scenario, unwatched, tmp_path, ki
         campaign = run(scenario, out=tmp_path / "campaign", progress=progress, observer=live)
     assert stored(campaign.folder) == stored(unwatched.folder)
     assert said[1:] == ["the live view has ended; the campaign goes on without it"]
+    assert process.poll() is not None
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="processes cannot be stopped here")
+@pytest.mark.parametrize("stopped", ["server", "drawing"])
+def test_whoever_shows_it_may_hang_midway(scenario, unwatched, tmp_path, stopped):
+    said = Said()
+    with LiveView(said, window=False) as live:
+        process = {"server": live._server, "drawing": live._feed._process}[stopped]
+
+        def progress(state):
+            live.progress(state)
+            process.send_signal(signal.SIGSTOP)
+
+        campaign = run(scenario, out=tmp_path / "campaign", progress=progress, observer=live)
+    assert stored(campaign.folder) == stored(unwatched.folder)
+    assert len(said) == 1  # how to look, and nothing else
     assert process.poll() is not None
 
 

@@ -1,13 +1,12 @@
 """A look at the live view: in a viewer that comes late, goes and comes again, and in a browser."""
 
-import io
 import os
-import socket
 import time
 
 import numpy as np
 import pytest
 from browser import Browser, find_browser
+from headless import colours, count, settled
 from test_live import Said
 from toy import ToyExecutor, ToyScenario
 
@@ -16,7 +15,6 @@ from tbatch.campaign.run import run
 from tbatch.view.live import LiveView
 from tbatch.view.live.news import Batch, Piece
 from tbatch.view.palette import WARNING, wheel_colour
-from tbatch.view.viewer import find_binary
 
 
 @pytest.fixture(scope="module")
@@ -38,55 +36,14 @@ def live(tmp_path_factory):
     assert (folder / "log").read_text() == ""
 
 
-def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-@pytest.fixture
-def spawn(tmp_path):
-    """Starts a viewer without a window, or skips where there is no graphics device."""
-    from rerun.experimental import ViewerClient
-
-    os.environ.setdefault("XDG_RUNTIME_DIR", str(tmp_path))
-
-    def start():
-        try:
-            client = ViewerClient.spawn(headless=True, port=free_port(), executable_path=str(find_binary()))
-            client.get_state()
-        except (ConnectionError, RuntimeError, TimeoutError) as error:
-            pytest.skip(f"no Vulkan device for the viewer (mesa-vulkan-drivers has a software one): {error}")
-        return client
-
-    return start
-
-
-def settled(take, seconds: float = 60.0) -> np.ndarray:
-    """A picture, once two in a row are the same; colours 0-255, shape (row, column, 3)."""
-    from PIL import Image
-
-    before, until = b"", time.monotonic() + seconds
-    while time.monotonic() < until:
-        time.sleep(1.0)
-        png = take()
-        if png == before:
-            break
-        before = png
-    return np.asarray(Image.open(io.BytesIO(before)).convert("RGB")).astype(int)
-
-
-def count(picture: np.ndarray, colour: tuple[int, int, int], within: int = 14) -> int:
-    return int((np.abs(picture - np.array(colour)).max(axis=2) <= within).sum())
-
-
 def shows_the_campaign(picture: np.ndarray) -> None:
-    assert len(np.unique((picture // 16).reshape(-1, 3), axis=0)) > 100
+    assert colours(picture) > 100
     assert count(picture, wheel_colour(0)) > 200  # in the strips
     assert count(picture, wheel_colour(1)) > 200
     assert count(picture, WARNING) > 10  # marks of separations
 
 
+@pytest.mark.slow
 def test_a_viewer_may_come_late_be_killed_and_come_again(live, spawn):
     for _ in range(2):
         client = spawn()

@@ -30,6 +30,7 @@ COLUMNS = (
     ("property:run:status", "status"),
 )
 """Columns of the table: where the viewer finds them, and what they are called."""
+HIDDEN = ("property:RecordingInfo:name", "property:run:case", "property:run:step_ms")
 
 
 class Catalogue:
@@ -80,6 +81,7 @@ class Catalogue:
 def run_table() -> table.TableBlueprint:
     """The table: the most separations first, to be sorted by any other column with a click."""
     columns = [table.Column(source, name=name) for source, name in COLUMNS]
+    columns += [table.Column(source, visible=False) for source in HIDDEN]
     worst = table.SortBy("property:run:separations", direction="descending")
     return table.TableBlueprint(table_layout=table.TableLayout(columns=columns), sort_by=worst)
 
