@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from tbatch.physics.substructure.file_matrix import FileMatrix, Label, shown_label
 
+HELD = -1
+"""Stands for the row of a dof that is held and has no row."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 _BASES = {"from 1": 1, "from 0": 0}
 _COLUMNS = ("x", "w_row", "theta_row", "node", "w_dof", "theta_dof", "w_sign", "theta_sign")
@@ -35,16 +37,16 @@ class NodeMap:
     x: NDArray[np.float64]
     """Positions, strictly increasing [m], shape (node,)."""
     w: tuple[int | Label, ...]
-    """Row of each node's vertical dof from 0, or its label."""
+    """Row of each node's vertical dof from 0, or its label; ``HELD`` where it is held and not in the matrices."""
     theta: tuple[int | Label, ...] | None
-    """Row or label of each node's rotation; None where the rail has none."""
-    w_sign: NDArray[np.float64]
-    """1 where the vertical dof counts downwards, -1 where upwards, shape (node,)."""
-    theta_sign: NDArray[np.float64]
-    """1 where the rotation counts as dw/dx of w downwards, -1 where the other way round, shape (node,)."""
+    """The same of each node's rotation; None where the rail has none."""
+    w_sign: NDArray[np.float64] | None
+    """1 where the vertical dof counts downwards, -1 where upwards, shape (node,); None if not said."""
+    theta_sign: NDArray[np.float64] | None
+    """1 where the rotation counts as dw/dx of w downwards, -1 where the other way round; None if not said."""
 
     def rows(self, matrix: FileMatrix) -> tuple[NDArray[np.int64], NDArray[np.int64] | None]:
-        """Return the rows of a matrix, from 0, that are each node's vertical dof and its rotation.
+        """Return the rows of a matrix, from 0, that are each node's vertical dof and its rotation; ``HELD`` for none.
 
         Args:
             matrix: The stiffness.
@@ -54,6 +56,8 @@ class NodeMap:
         seen: dict[int, str] = {}
         for name, found in (("w", w), ("theta", theta)):
             for line, row in zip(self.lines, [] if found is None else found.tolist(), strict=False):
+                if row == HELD:
+                    continue
                 if row in seen:
                     raise ValueError(f"{self.path}, line {line}: {name} is the row of {seen[row]}")
                 seen[row] = f"{name} of line {line}"
@@ -64,7 +68,9 @@ class NodeMap:
         found = []
         for line, entry in zip(self.lines, given, strict=True):
             place = f"{self.path}, line {line}"
-            if isinstance(entry, int):
+            if entry == HELD or (isinstance(entry, tuple) and entry[1] == HELD):
+                found.append(HELD)
+            elif isinstance(entry, int):
                 if places:
                     message = f"{matrix.path} knows its rows by node and dof"
                     raise ValueError(f"{place}: {message}; accepted: node, {name}_dof in place of {name}_row")
@@ -79,7 +85,10 @@ class NodeMap:
             else:
                 others = sorted(label[1] for label in places if label[0] == entry[0])
                 there = f"its dofs there: {', '.join(map(str, others))}" if others else "nor any other of that node"
-                raise ValueError(f"{place}: {name}: {shown_label(entry)} is not in {matrix.path}, {there}")
+                accepted = f"one of the matrices', or held in place of {name}_dof"
+                raise ValueError(
+                    f"{place}: {shown_label(entry)} is not in {matrix.path}, {there}; accepted: {accepted}"
+                )
         return np.array(found, dtype=np.int64)
 
 
@@ -109,7 +118,9 @@ def read_node_map(text: str, path: str) -> NodeMap:
             raise ValueError(f"{place}: x = {now:g} m does not lie beyond the node before ({before:g} m)")
     if len(body) < 2:
         raise ValueError(f"{path}: {len(body)} nodes; at least 2 are needed")
-    count = len(body)
+
+    def signs(name: str) -> NDArray[np.float64] | None:
+        return np.array(table[name], dtype=np.float64) if name in table else None
 
     def entries(row: str, dof: str) -> tuple[int | Label, ...]:
         if by_row:
@@ -122,8 +133,8 @@ def read_node_map(text: str, path: str) -> NodeMap:
         np.array(table["x"], dtype=np.float64),
         entries("w_row", "w_dof"),
         entries("theta_row", "theta_dof") if rotates else None,
-        np.array(table.get("w_sign", [1] * count), dtype=np.float64),
-        np.array(table.get("theta_sign", [1] * count), dtype=np.float64),
+        signs("w_sign"),
+        signs("theta_sign"),
     )
 
 
@@ -183,6 +194,8 @@ def _whole(cell: str, place: str) -> int:
 
 
 def _row(cell: str, unit: str, place: str) -> int:
+    if cell.lower() == "held":
+        return HELD
     row = _whole(cell, place) - _BASES[unit]
     if row < 0:
         raise ValueError(f"{place}: row {cell}; the heading says that rows count {unit}")
@@ -190,8 +203,10 @@ def _row(cell: str, unit: str, place: str) -> int:
 
 
 def _dof(cell: str, _: str, place: str) -> int:
+    if cell.lower() == "held":
+        return HELD
     if cell.upper() not in _DOFS:
-        raise ValueError(f"{place}: {cell[:40]!r}; accepted: 1 to 6, or UX to UZ, ROTX to ROTZ (also U1, UR1, ...)")
+        raise ValueError(f"{place}: {cell[:40]!r}; accepted: 1 to 6, UX to UZ, ROTX to ROTZ, U1, UR1, ..., held")
     return _DOFS[cell.upper()]
 
 

@@ -1,6 +1,5 @@
 """The matrices of a track as tbatch takes them: one order of rows, SI, the rail's deflection down and theta = dw/dx."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from tbatch.physics.quantities import finite, one_of
 from tbatch.physics.slab import accept_rayleigh
 from tbatch.physics.substructure.ansys_mapping import read_mapping
 from tbatch.physics.substructure.file_matrix import FileMatrix, Label, shown_label
-from tbatch.physics.substructure.node_map import NodeMap, read_node_map
+from tbatch.physics.substructure.node_map import HELD, NodeMap, read_node_map
 from tbatch.physics.substructure.reading import load, read_matrix, text_of
 
 if TYPE_CHECKING:
@@ -22,9 +21,6 @@ if TYPE_CHECKING:
 
 UNITS = {"m-kg-s": (1.0, 1.0), "mm-t-s": (1e-3, 1e3)}
 """Consistent units of a model: its unit of energy [J] and how many of its units of length are a metre."""
-
-_HELD = 1e36
-"""Abaqus puts this on the diagonal of a dof that is held, and leaves the rest of its row as it was."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +32,13 @@ class Substructure:
     damping: sparse.csc_matrix
     """C, likewise."""
     stiffness: sparse.csc_matrix
-    """K, likewise; rows and columns of held dofs are zero in all three."""
+    """K, likewise."""
     rail_x: NDArray[np.float64]
     """Positions of the rail's nodes [m], shape (node,)."""
     rail_w: NDArray[np.int64]
-    """Row of each node's deflection, from 0, shape (node,)."""
+    """Row of each node's deflection, from 0; -1 where it is held and has no row, shape (node,)."""
     rail_theta: NDArray[np.int64] | None
-    """Row of each node's rotation; None where the rail has none."""
+    """The same of each node's rotation; None where the rail has none."""
     files: Mapping[str, str]
     """Files of "mass", "damping", "stiffness" and "nodes"."""
     labels: tuple[Label, ...] | None = None
@@ -80,17 +76,17 @@ class Substructure:
         ordered = found["stiffness"]
         rail_w, rail_theta = nodes.rows(ordered)
         scale = np.ones(ordered.size)
-        scale[rail_w] = per_metre * nodes.w_sign
-        if rail_theta is not None:
-            scale[rail_theta] = nodes.theta_sign
-        scale[ordered.matrix.diagonal() >= _HELD] = 0.0
+        for rows, signs, factor in ((rail_w, nodes.w_sign, per_metre), (rail_theta, nodes.theta_sign, 1.0)):
+            if rows is not None:
+                own = rows != HELD
+                scale[rows[own]] = factor * (1.0 if signs is None else signs[own])
         turn = sparse.diags(scale)
-        sizes = sparse.csc_matrix((ordered.size, ordered.size))
+        nothing = sparse.csc_matrix((ordered.size, ordered.size))
         M, C, K = (
-            sparse.csc_matrix(energy * (turn @ found[name].matrix @ turn)) if name in found else sizes
+            sparse.csc_matrix(energy * (turn @ found[name].matrix @ turn)) if name in found else nothing
             for name in ("mass", "damping", "stiffness")
         )
-        if rail_theta is not None:
+        if rail_theta is not None and nodes.theta_sign is not None:
             _accept_rotation(K, rail_w, rail_theta, nodes.path)
         files = {name: matrix.path for name, matrix in found.items()} | {"nodes": nodes.path}
         x = nodes.x + finite("offset", offset, "m")
@@ -159,20 +155,17 @@ class Substructure:
                 rails=rails,
             )
         except ValueError as error:
-            raise ValueError(self._in_terms_of_files(str(error))) from error
+            raise ValueError(self._in_terms_of_files(error)) from error
 
-    def _in_terms_of_files(self, message: str) -> str:
-        """Return a message about matrices and rows with the file, and each row's node and dof, added."""
-        labels = self.labels
-
-        def row(found: re.Match[str]) -> str:
-            at = int(found[1])
-            return found[0] + (f" ({shown_label(labels[at])})" if labels is not None and at < len(labels) else "")
-
-        names = {"mass": "mass", "damping": "damping", "stiffness": "stiffness", "rail_": "nodes"}
-        first = min((at, name) for name in (*names, "") if (at := message.find(name)) >= 0)[1]
-        named = re.sub(r"\b(?:row|dof) (\d+)\b", row, message)
-        return f"{self.files[names[first]]}: {named}" if first and names[first] in self.files else named
+    def _in_terms_of_files(self, error: ValueError) -> str:
+        """Return a message about matrices and rows with the file, and the row's node and dof, added."""
+        message, matrix, row = str(error), getattr(error, "matrix", ""), getattr(error, "row", None)
+        if row is not None:
+            named = f"row {row + 1} of the file" if self.labels is None else shown_label(self.labels[row])
+            message += f" (row {row} from 0 is {named})"
+        if not matrix and ("rail_w" in message or "rail_theta" in message):
+            matrix = "nodes"
+        return f"{self.files[matrix]}: {message}" if matrix in self.files else message
 
 
 def _in_one_order(matrices: dict[str, FileMatrix], labels: Sequence[Label] | None) -> dict[str, FileMatrix]:
@@ -198,14 +191,16 @@ def _in_one_order(matrices: dict[str, FileMatrix], labels: Sequence[Label] | Non
 
 
 def _accept_rotation(K: sparse.csc_matrix, rail_w: NDArray[np.int64], rail_theta: NDArray[np.int64], path: str) -> None:
-    """Refuse rotations that count against the deflections: everything would run, with a rail that is not one.
+    """Refuse signs that make the rotations count against the deflections.
 
     Between the nodes of a beam the deflection of the first and the rotation of the second couple by +6EI/l² if
     theta = dw/dx, by -6EI/l² if theta = -dw/dx.
     """
-    forward = np.asarray(K[rail_w[:-1], rail_theta[1:]]).ravel()
-    backward = np.asarray(K[rail_w[1:], rail_theta[:-1]]).ravel()
-    coupling = np.concatenate([forward, -backward])
+    coupling = np.zeros(0)
+    for w, theta, sign in ((rail_w[:-1], rail_theta[1:], 1.0), (rail_w[1:], rail_theta[:-1], -1.0)):
+        own = (w != HELD) & (theta != HELD)
+        if own.any():
+            coupling = np.append(coupling, sign * np.asarray(K[w[own], theta[own]]).ravel())
     if coupling.sum() < -0.5 * np.abs(coupling).sum():
-        message = "the rotations count against dw/dx of the deflections, by the stiffness between the rail's nodes"
-        raise ValueError(f"{path}: {message}; accepted: theta_sign (or w_sign) the other way round")
+        message = "the signs make the rotations -dw/dx, by the stiffness between the rail's nodes"
+        raise ValueError(f"{path}: {message}; accepted: theta_sign the other way round, or no theta_sign")
