@@ -16,13 +16,14 @@ from tbatch.scenario.irregularity import complete_irregularity
 from tbatch.scenario.keep import complete_keep
 from tbatch.scenario.later import take_out_later
 from tbatch.scenario.limits import check_limits, gather_limits
+from tbatch.scenario.matrices import ImportedTrack, read_matrices
 from tbatch.scenario.measured import MeasuredLevel, read_measured
 from tbatch.scenario.passage import Passage, Speed, complete_run, complete_speed
 from tbatch.scenario.resolution import warn_of_step
 from tbatch.scenario.sampling import PLAN, Sampling
 from tbatch.scenario.section import accepted_at, inner_section
 from tbatch.scenario.surface import Surface, check_surface
-from tbatch.scenario.track import TrackSection, complete_track
+from tbatch.scenario.track import TrackSection, complete_track, missing_keys
 from tbatch.scenario.vary import complete_vary
 from tbatch.scenario.vehicle import VehicleSection, complete_vehicle
 
@@ -36,6 +37,8 @@ class Loaded:
     passage: Passage
     surface: Surface
     sampling: Sampling
+    imported: ImportedTrack | None = None
+    """The track, if it is made from files."""
 
 
 def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findings) -> Loaded | None:
@@ -64,6 +67,12 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
 
     vehicle: VehicleSection | None = _completed("vehicle", complete_vehicle, sections, findings)
     track: TrackSection | None = _completed("track", complete_track, sections, findings)
+    imported: ImportedTrack | None = None
+    if track and track.matrices and track.rayleigh:
+        matrices, imported = read_matrices(
+            track.matrices, folder, findings, rails=track.rails, rayleigh=track.rayleigh.numbers()
+        )
+        sections["track"] = track = track.model_copy(update={"matrices": matrices})
     if vehicle and track:
         _check_rails(vehicle, track, findings)
     if contact := sections.get("contact"):
@@ -80,12 +89,13 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         findings.refuse(("campaign", "stop", "max_runs"), "is too few", value=campaign.stop.max_runs, accepted=accepted)
 
     passage = surface = None
-    if vehicle and track and speed and integration and "run" in sections:
+    reach = (imported.reach if imported else None) if track and track.matrices else track and (0.0, track.built_length)
+    if vehicle and track and reach and speed and integration and "run" in sections:
         sections["run"], passage = complete_run(
             sections["run"],
             offsets=vehicle.offsets,
             track_kind=track.kind,
-            track_length=track.built_length,
+            reach=reach,
             speeds=speed.range,
             step=integration.step,
             findings=findings,
@@ -117,7 +127,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         return None
     document = Document.model_construct(**sections)
     warn_of_step(document, level, findings)
-    return Loaded(document, passage, surface, sampling)
+    return Loaded(document, passage, surface, sampling, imported)
 
 
 def _sampling(sections: dict[str, Any], findings: Findings) -> Sampling:
@@ -168,6 +178,11 @@ def _sections(tables: Mapping[str, Any], incomplete: set[Any], findings: Finding
             findings.problems += _translated(error, name, section, context, name in incomplete)
         except RecursionError:
             findings.refuse((name,), "is nested too deeply")
+    given = tables.get("track", {})
+    if isinstance(given, dict) and (missing := missing_keys(given)):
+        sections.pop("track", None)
+        for name in missing if "track" not in incomplete else ():
+            findings.refuse(("track", name), "is missing", accepted=accepted_at(Document, ("track", name)))
     return sections
 
 
