@@ -196,18 +196,31 @@ def test_without_pyyeti_nastran_files_say_what_to_install(tmp_path: Path, monkey
             read_matrix(tmp_path / file)
 
 
+COORDINATES = "%%MatrixMarket matrix coordinate real general\n"
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         ("", "the format is not known"),
         ("hello\nworld\n", "the format is not known"),
         ("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1 0\n", "complex general; accepted: real"),
-        ("%%MatrixMarket matrix coordinate real general\n2 3 1\n1 1 1.0\n", "2 x 3; accepted: a square"),
-        ("%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n2 1 1.0\n1 2 1.0\n", "the same entry stands at"),
-        ("%%MatrixMarket matrix coordinate real general\n2 2 900\n2 1 1.0\n", "ends before its 900 entries"),
-        ("%%MatrixMarket matrix array real general\n900000 900000\n1.0\n", "ends before its"),
-        ("%%MatrixMarket matrix coordinate real general\n2 2 2\n2 1 1.0\n3 1 1.0\n", "Line 4"),
-        ("%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 nan\n", "nan is not a finite number"),
+        (f"{COORDINATES}2 3 1\n1 1 1.0\n", "2 x 3; accepted: a square"),
+        (
+            f"{COORDINATES}2 2 2\n2 1 1.0\n2 1 1.0\n",
+            "line 4: the same entry stands at line 3",
+        ),
+        (f"{COORDINATES}2 2 900\n2 1 1.0\n", "1 entries; line 2 says 900"),
+        ("%%MatrixMarket matrix array real general\n900000 900000\n1.0\n", "1 entries; line 2 says 810000000000"),
+        (
+            f"{COORDINATES}2 2 2\n2 1 1.0\n3 1 1.0\n",
+            "line 4: (3, 1); rows and columns are",
+        ),
+        (
+            f"{COORDINATES}% no\n1 1 1\n1 x 1\n",
+            "line 4: '1 x 1'; accepted: row, column",
+        ),
+        (f"{COORDINATES}1 1 1\n1 1 nan\n", "line 3: nan is not a finite number"),
         ("1,1, 1,1, 2.0\n1,1, 1,1, 2.0\n", "line 2: the same entry stands at line 1"),
         ("1,1, 1,1, 2.0\n1,2, 1,1, x\n", "line 2: '1,2, 1,1, x' is not read"),
         ("1,1, 1,1, 2.0\n2, 1, 1.0\n", "line 2: 3 values; accepted"),

@@ -3,6 +3,7 @@
 from io import StringIO
 from types import ModuleType
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from scipy import sparse
@@ -22,17 +23,23 @@ def read_op4(path: str, name: str | None = None) -> FileMatrix:
     """
     op4 = _pyyeti(path).op4
     try:
-        names, sizes, _, kinds = op4.dir(path, verbose=False)
-        at = _chosen(path, [str(found) for found in names], name)
-        rows, columns = (int(size) for size in sizes[at])
-        if rows != columns or not 1 <= rows <= MOST_ROWS:
-            raise ValueError(f"{rows} x {columns}; accepted: a square matrix of 1 to {MOST_ROWS} rows")
-        if kinds[at] not in _REAL:
-            raise ValueError("is complex; accepted: a real matrix")
-        _, matrices, forms, _ = op4.read(path, [names[at]], into="list", justmatrix=False, sparse=(True, None))
-        given = sparse.coo_matrix(matrices[0])
+        with catch_warnings():
+            simplefilter("ignore")  # pyYeti warns of names that it replaces
+            return _read_op4(op4, path, name)
     except Exception as error:  # pyYeti 1.4 leaves what goes wrong in a file to NumPy, struct and int()
         raise ValueError(_said(path, error)) from None
+
+
+def _read_op4(op4: ModuleType, path: str, name: str | None) -> FileMatrix:
+    names, sizes, _, kinds = op4.dir(path, verbose=False)
+    at = _chosen(path, [str(found) for found in names], name)
+    rows, columns = (int(size) for size in sizes[at])
+    if rows != columns or not 1 <= rows <= MOST_ROWS:
+        raise ValueError(f"{rows} x {columns}; accepted: a square matrix of 1 to {MOST_ROWS} rows")
+    if kinds[at] not in _REAL:
+        raise ValueError("is complex; accepted: a real matrix")
+    _, matrices, forms, _ = op4.read(path, [names[at]], into="list", justmatrix=False, sparse=(True, None))
+    given = sparse.coo_matrix(matrices[0])
     i, j = given.row.astype(np.int64), given.col.astype(np.int64)
     values = np.asarray(given.data, dtype=np.float64)
     named = lambda entry: f"entry ({i[entry] + 1}, {j[entry] + 1})"  # noqa: E731

@@ -68,8 +68,8 @@ def parse_matrix(content: bytes, path: str, name: str | None = None) -> FileMatr
         raise ValueError(f"{path}#{name}: only Nastran files hold several matrices")
     if content.startswith(NPZ):
         return read_npz(content, path)
-    if head[: len(MATRIX_MARKET)].lower() == MATRIX_MARKET:
-        return read_matrix_market(content, path)
+    if content[: len(MATRIX_MARKET)].lower() == MATRIX_MARKET:
+        return read_matrix_market(text_of(content), path)
     if is_harwell_boeing(text_of(content[:_HEAD])):
         return read_harwell_boeing(text_of(content), path)
     if is_abaqus(text_of(head)):
