@@ -51,10 +51,10 @@ def prepare(
         raise ValueError(f"duration = {duration!r}: a positive, finite time in s is required")
     steps = int(whole_steps(np.array([duration]), step)[0])
     first, last = start - float(vehicle.wheel_offsets.max()), start + speed * steps * step
-    if not (first >= 0.0 and last <= track.length * (1.0 + 1e-12)):
+    if not (first >= track.begin and last <= track.end + 1e-12 * track.length):
         raise ValueError(
             f"start = {start!r}: the wheels would be on x = {first:.3f} ... {last:.3f} m, the track is on "
-            f"0 ... {track.length:.3f} m; choose start, speed and duration accordingly"
+            f"{track.begin:g} ... {track.end:.3f} m; choose start, speed and duration accordingly"
         )
     span = first, max(last, first + 1e-3)
     inputs = RunInputs(

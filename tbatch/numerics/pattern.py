@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tbatch.physics.track import Track
+from tbatch.physics.line import Line
 
 if TYPE_CHECKING:
     from tbatch.numerics.factorization import BlockFactor
@@ -48,6 +48,10 @@ class RowPattern:
     """Coefficients of D_i⁻¹."""
     back: Rows
     """Coefficients of -B_i, which carry the backward sweep."""
+    sparse: bool = False
+    """An imported track's rows have no common pattern."""
+    linear: bool = False
+    """Straight shapes between the rail nodes, instead of cubic ones."""
 
     @classmethod
     def empty(cls) -> "RowPattern":
@@ -84,7 +88,7 @@ class _Table:
         return Stencil(own, previous, following)
 
 
-def row_table(track: Track, factors: "Sequence[BlockFactor]") -> tuple[RowPattern, np.ndarray, np.ndarray]:
+def row_table(track: Line, factors: "Sequence[BlockFactor]") -> tuple[RowPattern, np.ndarray, np.ndarray]:
     """Draw up the pattern, the coefficients and the node classes of a factorised track.
 
     Args:
