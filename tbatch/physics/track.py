@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -233,6 +234,45 @@ class Track(Line):
             source=source,
             imported=matrices,
         )
+
+    @classmethod
+    def from_files(
+        cls,
+        *,
+        mass: str | Path,
+        stiffness: str | Path,
+        nodes: str | Path,
+        damping: str | Path | None = None,
+        mapping: str | Path | None = None,
+        units: str = "m-kg-s",
+        offset: float = 0.0,
+        rayleigh: tuple[float, float] = (0.0, 0.0),
+        rail_EI: float | None = None,
+        rails: int | None = None,
+    ) -> "Track":
+        """Return a track of matrices that finite element software wrote; docs/exporting_matrices.md has the formats.
+
+        Args:
+            mass: file of M; "FILE#NAME" picks one of several matrices of a Nastran file.
+            stiffness: file of K.
+            nodes: file of the node map: the rail's nodes, their x and their dofs.
+            damping: file of C; None for none but `rayleigh`.
+            mapping: ANSYS mapping file, so that the node map of a Harwell-Boeing matrix can name nodes and dofs.
+            units: units of the matrices, "m-kg-s" or "mm-t-s".
+            offset: added to the x of the node map [m].
+            rayleigh: (alpha [1/s], beta [s]): alpha M + beta K is added to the damping.
+            rail_EI: bending stiffness of the rail [N m2], for the local rail compliance; None leaves it out.
+            rails: 1, 2 or None for either. It labels the numbers and never rescales them.
+
+        Raises:
+            ValueError: Naming the file, and the line or the entry.
+        """
+        from tbatch.physics.substructure.substructure import Substructure
+
+        files = Substructure.read(
+            mass=mass, stiffness=stiffness, nodes=nodes, damping=damping, mapping=mapping, units=units, offset=offset
+        )
+        return files.track(rail_EI=rail_EI, rails=rails, rayleigh=rayleigh)
 
     @classmethod
     def _line(

@@ -68,11 +68,13 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
     vehicle: VehicleSection | None = _completed("vehicle", complete_vehicle, sections, findings)
     track: TrackSection | None = _completed("track", complete_track, sections, findings)
     imported: ImportedTrack | None = None
-    if track and track.matrices and track.rayleigh:
+    files: TrackSection | None = sections.get("track")  # read even if the rest of the table is not sound
+    if files and files.matrices and files.rayleigh:
         matrices, imported = read_matrices(
-            track.matrices, folder, findings, rails=track.rails, rayleigh=track.rayleigh.numbers()
+            files.matrices, folder, findings, rails=files.rails, rayleigh=files.rayleigh.numbers()
         )
-        sections["track"] = track = track.model_copy(update={"matrices": matrices})
+        sections["track"] = files.model_copy(update={"matrices": matrices})
+        track = track and sections["track"]
     if vehicle and track:
         _check_rails(vehicle, track, findings)
     if contact := sections.get("contact"):

@@ -108,7 +108,7 @@ def read_matrices(
         try:
             paths[name], checksums[name], parsed[name] = _read(name, given, folder)
         except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: no home for "~"
-            _refuse(name, f"cannot be read: {error}", table, findings)
+            _refuse(name, f"cannot be read: {' '.join(str(error).split())}", table, findings)
             continue
         expected = getattr(table.sha256, name) if table.sha256 else None
         if expected not in (None, checksums[name]):

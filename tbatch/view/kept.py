@@ -67,11 +67,11 @@ def _places(campaign: Campaign, track: Track, most: int) -> Array:
     """Choose places along the track: one a bay, or wider apart, wherever the side view looks [m]."""
     runs, duration = campaign.scenario.runs([(0, 0)])
     rear = float(campaign.scenario.model().vehicle.wheel_offsets.max())
-    low = max(0.0, float(runs.start[0]) - rear - MARGIN - OVERHANG)
-    high = min(track.length, float(runs.start[0] + runs.speed[0] * duration[0]) + MARGIN + OVERHANG)
+    low = max(track.begin, float(runs.start[0]) - rear - MARGIN - OVERHANG) - track.begin
+    high = min(track.end, float(runs.start[0] + runs.speed[0] * duration[0]) + MARGIN + OVERHANG) - track.begin
     spacing = track.element_length * max(track.period, round(0.5 / track.element_length))
     spacing *= max(1, int(np.ceil((high - low) / spacing / most)))
-    return np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1) * spacing
+    return track.begin + np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1) * spacing
 
 
 def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> RunRecord:

@@ -132,7 +132,7 @@ def test_files_of_one_kind_alone_go_together(tmp_path: Path) -> None:
 
 def test_matrices_of_different_sizes_are_refused_and_unstated_ones_filled() -> None:
     whole, part = FileMatrix("K.mtx", K), FileMatrix("M.mtx", M[:10][:, :10])
-    with pytest.raises(ValueError, match=rf"K.mtx: {SIZE} rows, but M.mtx has 10"):
+    with pytest.raises(ValueError, match=rf"M.mtx: 10 rows, but K.mtx has {SIZE}"):
         Substructure.combine(part, None, whole, BY_ROW)
     found = Substructure.combine(FileMatrix("M.mtx", part.matrix, stated=False), None, whole, BY_ROW)
     assert found.mass.shape == K.shape

@@ -183,7 +183,7 @@ def _in_one_order(matrices: dict[str, FileMatrix], labels: Sequence[Label] | Non
     if known:
         union = sorted({label for matrix in known for label in matrix.labels or ()})
         return {name: matrix.sorted_as(union) for name, matrix in matrices.items()}
-    stated = [matrix for matrix in matrices.values() if matrix.stated]
+    stated = [matrix for matrix in (matrices["stiffness"], *matrices.values()) if matrix.stated]
     for matrix in matrices.values():
         if stated and matrix.size != stated[0].size and (matrix.stated or matrix.size > stated[0].size):
             raise ValueError(f"{matrix.path}: {matrix.size} rows, but {stated[0].path} has {stated[0].size}")
