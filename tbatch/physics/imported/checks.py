@@ -77,7 +77,7 @@ def _check_symmetry(name: str, matrix: csc_array) -> None:
     worst = int(np.argmax(np.abs(difference.data) / size))
     if np.abs(difference.data[worst]) <= SYMMETRY * size[worst]:
         return
-    row, column = int(rows[worst]), int(columns[worst])
+    row, column = sorted((int(rows[worst]), int(columns[worst])))
     triangle = ""
     entries = matrix.tocoo()
     below = entries.coords[0] - entries.coords[1]
@@ -114,11 +114,12 @@ def check_not_negative(name: str, matrix: csc_array, rows: np.ndarray) -> None:
     excess = np.abs(entries.data) - (1.0 + NEGATIVE) * scale[i] * scale[j]
     if entries.nnz and excess.max() > 0.0:
         worst = int(np.argmax(excess / np.maximum(scale[i] * scale[j], np.finfo(float).tiny)))
-        row, column = int(rows[i[worst]]), int(rows[j[worst]])
+        first, second = sorted((int(i[worst]), int(j[worst])))
+        row, column = int(rows[first]), int(rows[second])
         raise MatrixError(
             name,
             f"[{row}, {column}] = {float(entries.data[worst])!r} is larger than its diagonal entries allow "
-            f"({float(diagonal[i[worst]]):.6g} and {float(diagonal[j[worst]]):.6g}): some motion of these two rows has "
+            f"({float(diagonal[first]):.6g} and {float(diagonal[second]):.6g}): some motion of these two rows has "
             f"a negative {name}",
             row,
         )

@@ -110,7 +110,7 @@ class ImportedMatrices:
     def describe_rows(self, rail_EI: float | None) -> list[tuple[str, str]]:
         """Return the import's facts as (label, text)."""
         gap = np.diff(self.rail.x)
-        spacing = f"{gap.mean():g} m apart" if np.ptp(gap) <= 1e-9 * gap.mean() else f"{gap.min():g} to {gap.max():g} m"
+        spacing = f"{gap.mean():g} m apart" if np.ptp(gap) <= 1e-9 * gap.mean() else f"{gap.min():g} to {gap.max():g} m apart"
         stepped = self.given_count - self.held_count - self.apart_count
         left = [
             f"{number} {what}"
