@@ -59,7 +59,7 @@ class SparseSymmetric:
 
     def to_csc(self) -> csc_matrix:
         """Return the matrix in compressed columns, without stored zeros."""
-        kept = csc_matrix(self.entries)
+        kept = csc_matrix(self.entries, copy=True)
         kept.eliminate_zeros()
         return kept
 

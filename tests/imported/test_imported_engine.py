@@ -160,4 +160,4 @@ def test_describe_says_what_was_imported():
     assert "75 given, 75 stepped" in text
     assert "in series with the contact" in text
     assert "straight lines between the nodes" in model("straight").describe()
-    assert "local rail compliance  off" in model("straight").describe()
+    assert "local rail compliance     off" in model("straight").describe()
