@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
+from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
 from tbatch import Track
@@ -35,7 +35,8 @@ class Export:
 
     def mapped(self, make) -> "Export":
         """With another matrix for each."""
-        return replace(self, **{name: csc_array(make(getattr(self, name))) for name in ("mass", "damping", "stiffness")})
+        mass, damping, stiffness = (csc_array(make(part)) for part in self.matrices)
+        return replace(self, mass=mass, damping=damping, stiffness=stiffness)
 
     def kept(self, rows: np.ndarray) -> "Export":
         """Only some rows, in this order; the others are held and leave the matrices."""
@@ -65,45 +66,41 @@ def exported(track: Track) -> Export:
 def sleeper_track(x: np.ndarray, *, EI: float = 6.4e6, mass: float = 60.0) -> Export:
     """A rail of beams between nodes at x, at each node a pad, a sleeper and ballast: rail rows, then sleepers."""
     nodes = len(x)
-    size = 3 * nodes
-    M, C, K = (np.zeros((size, size)) for _ in range(3))
+    w = 2 * np.arange(nodes)
+    M, C, K = _on_sleepers(w, 2 * nodes)
     for first, length in enumerate(np.diff(x)):
         rows = np.ix_(*(2 * [np.arange(2 * first, 2 * first + 4)]))
         K[rows] += beam_stiffness(length, EI)
         M[rows] += consistent_bed(length, mass)
-    for node in range(nodes):
-        w, sleeper = 2 * node, 2 * nodes + node
-        pair = np.ix_([w, sleeper], [w, sleeper])
-        K[pair] += 8e7 * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        C[pair] += 5e4 * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        K[sleeper, sleeper] += 5e7
-        C[sleeper, sleeper] += 6e4
-        M[sleeper, sleeper] += 150.0
-    w = 2 * np.arange(nodes)
     return Export(csc_array(M), csc_array(C), csc_array(K), x, w, w + 1)
 
 
 def solid_rail(x: np.ndarray) -> Export:
-    """The same without rotations: bending as second differences of w, lumped masses; as a rail of solid elements."""
-    beams, nodes, h = sleeper_track(x), len(x), float(np.diff(x).mean())
+    """The same without rotations, as a rail of solid elements: second differences of w bend, masses are lumped."""
+    nodes, h = len(x), float(np.diff(x).mean())
+    w = np.arange(nodes)
+    M, C, K = _on_sleepers(w, nodes)
     bend = (np.eye(nodes, k=-1) - 2.0 * np.eye(nodes) + np.eye(nodes, k=1))[1:-1]
-    rail = 6.4e6 / h**3 * bend.T @ bend
-    rows = np.append(beams.w, np.arange(2 * nodes, 3 * nodes))
-    held = beams.mapped(lambda part: part.toarray())
-    empty = block_diag(rail, np.zeros((nodes, nodes)))
-    springs = sleeper_track(x, EI=1e-9, mass=1e-12).kept(rows)
-    mass = springs.mass + csc_array(np.diag(np.append(np.full(nodes, 60.0 * h), np.zeros(nodes))))
-    del held
-    return Export(
-        csc_array(mass), springs.damping, csc_array(springs.stiffness + csc_array(empty)), x, np.arange(nodes), None
-    )
+    K[:nodes, :nodes] += 6.4e6 / h**3 * bend.T @ bend
+    M[w, w] += 60.0 * h
+    return Export(csc_array(M), csc_array(C), csc_array(K), x, w, None)
+
+
+def _on_sleepers(w: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """M, C, K of pads under the rows w, sleepers from row `first` on, and ballast."""
+    M, C, K = (np.zeros((first + len(w), first + len(w))) for _ in range(3))
+    for sleeper, rail in enumerate(w, start=first):
+        pair = np.ix_([rail, sleeper], [rail, sleeper])
+        for matrix, pad, ballast in ((K, 8e7, 5e7), (C, 5e4, 6e4)):
+            matrix[pair] += pad * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            matrix[sleeper, sleeper] += ballast
+        M[sleeper, sleeper] += 150.0
+    return M, C, K
 
 
 def reduced(export: Export, modes: int) -> Export:
     """Craig-Bampton: the rail's rows are retained, the others become constraint modes and `modes` fixed modes."""
-    from scipy.linalg import eigh
-
-    M, C, K = (part.toarray() for part in export.matrices)
+    M, K = export.mass.toarray(), export.stiffness.toarray()
     assert export.theta is not None
     rail = np.concatenate([export.w[export.w >= 0], export.theta[export.theta >= 0]])
     inner = np.setdiff1d(np.arange(len(M)), rail)

@@ -134,9 +134,7 @@ def test_wheels_must_stay_on_the_rail_of_the_matrices():
     with pytest.raises(ValueError, match=r"x = 9\.700 \.\.\. 11\.000 m, the track is on 10 \.\.\. 21\.700 m"):
         tb.simulate(model("cubic"), Runs([10.0], [None], 10.0), 0.1)
     with pytest.raises(ValueError, match=r"x = .*: must be from 10 to 21\.7 \[m\]"):
-        tb.simulate(
-            model("cubic"), Runs([10.0], [None], 11.0), 0.01, save=tb.SaveAt(STEP, ("rail",), [9.0])
-        )
+        tb.simulate(model("cubic"), Runs([10.0], [None], 11.0), 0.01, save=tb.SaveAt(STEP, ("rail",), [9.0]))
 
 
 @pytest.mark.parametrize("layer", ["slab", "base"])

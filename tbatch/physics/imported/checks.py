@@ -4,13 +4,17 @@ Rows are counted from 0, as in Python. A motion is judged on matrices scaled to 
 radians compare.
 """
 
+from typing import Any, TypeAlias
+
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, diags_array, issparse
+from scipy.sparse import csc_array, diags_array, issparse, sparray, spmatrix
 from scipy.sparse.linalg import splu
 
 from tbatch.physics.quantities import FloatArray
 
+GivenMatrix: TypeAlias = ArrayLike | sparray | spmatrix
+"""A matrix as users have it: lists, a dense array or any sparse form."""
 SYMMETRY = 1e-6
 """Accepted difference of two mirrored entries, relative to the root of the product of their diagonal entries: the
 rounding of single precision is 10 times less."""
@@ -36,7 +40,7 @@ class MatrixError(ValueError):
         self.matrix, self.row = matrix, row
 
 
-def accept_matrix(name: str, value: ArrayLike | csc_array, size: int | None = None) -> csc_array:
+def accept_matrix(name: str, value: GivenMatrix, size: int | None = None) -> csc_array:
     """Return a dense or sparse matrix as a symmetric one in compressed columns, without stored zeros.
 
     Args:
@@ -47,9 +51,9 @@ def accept_matrix(name: str, value: ArrayLike | csc_array, size: int | None = No
     Raises:
         MatrixError: If it is not square, finite or symmetric.
     """
-    given = value if issparse(value) else np.asarray(value)
-    if getattr(given, "dtype", None) == object or given.ndim != 2 or given.shape[0] != given.shape[1]:
-        raise MatrixError(name, f" has shape {getattr(given, 'shape', ())}: must be square, (dof, dof), of numbers")
+    given: Any = value if issparse(value) else np.asarray(value)
+    if given.dtype.kind == "O" or given.ndim != 2 or given.shape[0] != given.shape[1]:
+        raise MatrixError(name, f" has shape {given.shape}: must be square, (dof, dof), of numbers")
     if given.shape[0] == 0 or (size is not None and given.shape[0] != size):
         wanted = "at least (1, 1)" if size is None else f"({size}, {size}) like the mass"
         raise MatrixError(name, f" has shape {given.shape}: must be {wanted}")
@@ -175,9 +179,7 @@ def _least_pivot(matrix: csc_array, shift: float) -> tuple[int, float]:
     size = matrix.shape[0]
     shifted = csc_array(matrix + diags_array(np.full(size, shift)))
     try:
-        factor = splu(
-            shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return 0, 0.0
     order = np.empty(size, int)
