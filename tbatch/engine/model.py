@@ -5,15 +5,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tbatch.numerics.factorization import FactorisedTrack, factorise
-from tbatch.numerics.sparse_factorization import FactorisedSparse
 from tbatch.numerics.initial import StaticTrack
 from tbatch.numerics.run_inputs import VehicleTables
+from tbatch.numerics.sparse_factorization import FactorisedSparse
 from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
 from tbatch.numerics.window import Window, make_window
 from tbatch.physics.contact import Contact
+from tbatch.physics.line import Line
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import RigidRest, rest_on_rigid_rail
-from tbatch.physics.line import Line
 from tbatch.physics.vehicle import Vehicle
 
 

@@ -20,10 +20,10 @@ from tbatch.numerics.two_step import TwoStep
 from tbatch.numerics.window import Window
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
+from tbatch.physics.line import Line
 from tbatch.physics.profile import Profile
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import rest_on_rigid_rail
-from tbatch.physics.track import Track
 from tbatch.physics.vehicle import Vehicle
 
 LANDING_WINDOW = 5e-3
@@ -32,7 +32,7 @@ LANDING_WINDOW = 5e-3
 
 def prepare(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     speed: float,
     irregularity: Any,

@@ -109,7 +109,9 @@ class EffectiveMatrix:
         self.factor: ScipyFactor | None = None
         self._columns: dict[int, np.ndarray] = {}
         if track.node_dofs:
-            line = track.stiffness * stiffness + track.damping * damping + track.mass * mass
+            parts: tuple[Any, ...] = (track.stiffness, track.damping, track.mass)
+            K, C, M = parts
+            line = K * stiffness + C * damping + M * mass
             self.factor = ScipyFactor(line, track.pinned)
 
     def solve(self, load: np.ndarray) -> np.ndarray:

@@ -207,7 +207,7 @@ def factorise(track: Line, scheme: TwoStep) -> FactorisedTrack | FactorisedSpars
         diagonal = effective(stiffness.diagonal, damping.diagonal, mass.diagonal, rate)
         lower = effective(stiffness.lower, damping.lower, mass.lower, rate)
         factors.append(BlockFactor.of(diagonal, lower, track.pinned))
-    pattern, rows, node_class = row_table(track, factors)
+    pattern, rows, node_class = row_table(mass, damping, factors)
     columns, element_class, window_start = _rail_columns(factors, track.layers["rail"])
     return FactorisedTrack(pattern, rows, node_class, columns, element_class, window_start, factors=tuple(factors))
 

@@ -53,8 +53,8 @@ class ScipyTrack:
         self.stiffness, self.damping, self.mass = (
             part.to_csc().tocsr() for part in (track.stiffness, track.damping, track.mass)
         )
-        matrices = [effective(track.stiffness, track.damping, track.mass, rate) for rate in scheme.rates]
-        self.factors = [ScipyFactor(one, track.pinned) for one in matrices]
+        K, C, M = track.stiffness, track.damping, track.mass
+        self.factors = [ScipyFactor(effective(K, C, M, rate), track.pinned) for rate in scheme.rates]
 
     @cached_property
     def columns(self) -> list[np.ndarray]:

@@ -91,8 +91,7 @@ def _lists(
     """The three lists of every row, one after the other."""
     size, free = M.node_count, np.where(factors[0].pinned, 0.0, 1.0)
     # The factors of two rates have one pattern, but for entries that vanish by chance.
-    union = sum(abs(factor.lower) for factor in factors)
-    lower = csr_array(union)
+    lower = csr_array(abs(factors[0].lower) + abs(factors[-1].lower))
     lower.sort_indices()
     upper = csr_array(lower.T)
     upper.sort_indices()
@@ -145,9 +144,7 @@ def _at(matrix: csr_array, row: np.ndarray, column: np.ndarray) -> np.ndarray:
     return np.where(keys[found] == wanted, matrix.data[found], 0.0)
 
 
-def _near_rail(
-    rail: RailNodes, factors: tuple[SparseFactor, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+def _near_rail(rail: RailNodes, factors: tuple[SparseFactor, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """K̂⁻¹ at the rail dofs of each element, cut to the rows that the tolerance leaves."""
     nodes, size = len(rail.x), len(factors[0].pinned)
     elements = nodes - 1

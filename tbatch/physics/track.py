@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import sparray, spmatrix
 
 from tbatch.physics.blocks import BlockTridiagonal
 from tbatch.physics.catalogue.entry import complete
 from tbatch.physics.catalogue.tracks import SLAB_TRACKS, WINKLER_TRACKS
+from tbatch.physics.imported.checks import GivenMatrix
 from tbatch.physics.imported.matrices import ImportedMatrices
 from tbatch.physics.line import Line
 from tbatch.physics.quantities import positive, rail_count, whole_number
@@ -181,9 +181,9 @@ class Track(Line):
     @classmethod
     def from_matrices(
         cls,
-        mass: ArrayLike | sparray | spmatrix,
-        damping: ArrayLike | sparray | spmatrix,
-        stiffness: ArrayLike | sparray | spmatrix,
+        mass: GivenMatrix,
+        damping: GivenMatrix,
+        stiffness: GivenMatrix,
         *,
         rail_x: ArrayLike,
         rail_w: Sequence[int] | np.ndarray,

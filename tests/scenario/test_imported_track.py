@@ -120,7 +120,7 @@ def test_all_that_is_wrong_is_said_at_once(folder: Path) -> None:
         (
             "track.matrices.mapping=rail.csv",
             "track.matrices.mapping",
-            "no equations; accepted: lines of equation, node, dof name",
+            "no equations; accepted: lines of equation",
         ),
         ("track.matrices.mass=K2.mtx", "track.matrices.mass", "K2.mtx: 6 rows, but "),
         ("track.matrices.stiffness=H.npz", "track.matrices.stiffness", "is not symmetric"),

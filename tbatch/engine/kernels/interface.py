@@ -51,13 +51,22 @@ def free_overlaps(
                     at, pattern, memory, marks, columns, element_class, window_start, near, load, rate, b, j
                 )
                 if half == 0:
-                    rail = rail - rail_value_lockstep(
-                        at, pattern, memory, marks, rail_rows, displacement, b, j
-                    )
+                    rail = rail - rail_value_lockstep(at, pattern, memory, marks, rail_rows, displacement, b, j)
                 memory[b, at.rail + j] = rail
         flexibilities_lockstep(
-            at, pattern, memory, marks, columns, element_class, window_start, rail_x, rail_places, rate, b,
-            element_length, compliance,
+            at,
+            pattern,
+            memory,
+            marks,
+            columns,
+            element_class,
+            window_start,
+            rail_x,
+            rail_places,
+            rate,
+            b,
+            element_length,
+            compliance,
         )
     else:
         for lane in range(LANES):
@@ -78,8 +87,19 @@ def free_overlaps(
                     )
                     if ti.static(pattern.dofs > 0):
                         flexibility = flexibility + rail_flexibility(
-                            at, pattern, memory, marks, columns, element_class, window_start, rail_places, rate, b,
-                            lane, i, j,
+                            at,
+                            pattern,
+                            memory,
+                            marks,
+                            columns,
+                            element_class,
+                            window_start,
+                            rail_places,
+                            rate,
+                            b,
+                            lane,
+                            i,
+                            j,
                         )
                     memory[b, at.flexibility + i * at.wheels + j][lane] = flexibility
     for i in range(at.wheels):
@@ -122,6 +142,4 @@ def rail_under_wheels(
                 memory[b, at.rail + j] = rail_value_lockstep(at, pattern, memory, marks, rail_rows, vector, b, j)
             else:
                 for lane in range(LANES):
-                    memory[b, at.rail + j][lane] = rail_value(
-                        at, pattern, memory, marks, rail_rows, vector, b, lane, j
-                    )
+                    memory[b, at.rail + j][lane] = rail_value(at, pattern, memory, marks, rail_rows, vector, b, lane, j)

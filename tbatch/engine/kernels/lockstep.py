@@ -88,9 +88,7 @@ def flexibilities_lockstep(
     """The track's share of H with the local rail compliance, on and below the diagonal, all lanes."""
     for i in range(at.wheels):
         for j in range(i + 1):
-            flexibility = local_compliance(
-                at, pattern, memory, marks, rail_x, b, 0, element_length, compliance, i, j
-            )
+            flexibility = local_compliance(at, pattern, memory, marks, rail_x, b, 0, element_length, compliance, i, j)
             if ti.static(pattern.dofs > 0):
                 flexibility = flexibility + rail_flexibility(
                     at, pattern, memory, marks, columns, element_class, window_start, rail_places, rate, b, 0, i, j

@@ -80,7 +80,9 @@ def sparse_products(
             entry = start + 2 * pair
             near = partner[entry]
             far = partner[entry + 1]
-            even = even + (product[half, 0, entry] * velocity[b, near] + product[half, 1, entry] * displacement[b, near])
+            even = even + (
+                product[half, 0, entry] * velocity[b, near] + product[half, 1, entry] * displacement[b, near]
+            )
             odd = odd + (
                 product[half, 0, entry + 1] * velocity[b, far] + product[half, 1, entry + 1] * displacement[b, far]
             )

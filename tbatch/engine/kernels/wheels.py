@@ -70,8 +70,9 @@ def place_wheels(
 
 @ti.func
 def put_shape(
-    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, j, element, s, length
-):
+    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), b, lane, j, element, s,
+    length,
+):  # fmt: skip
     """Write where one wheel stands: its element, the local coordinate, the shape values."""
     marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane] = element
     memory[b, at.local + j][lane] = s
@@ -215,7 +216,8 @@ def local_compliance(
 ):  # fmt: skip
     """Deflection at wheel i by a unit force at wheel j of the fixed-fixed element both stand on, else zero [m/N].
 
-    b²x²(3aℓ - x(3a + b))/(6EIℓ³) for x <= a, b = ℓ - a; `compliance` is 1/(6EIℓ³), without the ℓ³ for an imported track.
+    b²x²(3aℓ - x(3a + b))/(6EIℓ³) for x <= a, b = ℓ - a; `compliance` is 1/(6EIℓ³), for an imported track
+    without the ℓ³.
     """
     total = 0.0
     element = marks[b, MARKS.wheels + PER_WHEEL * i + ELEMENT, lane]

@@ -4,13 +4,17 @@ Rows are counted from 0, as in Python. A motion is judged on matrices scaled to 
 radians compare.
 """
 
+from typing import Any, TypeAlias
+
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.sparse import csc_array, diags_array, issparse
+from scipy.sparse import csc_array, diags_array, issparse, sparray, spmatrix
 from scipy.sparse.linalg import splu
 
 from tbatch.physics.quantities import FloatArray
 
+GivenMatrix: TypeAlias = ArrayLike | sparray | spmatrix
+"""A matrix as users have it: lists, a dense array or any sparse form."""
 SYMMETRY = 1e-6
 """Accepted difference of two mirrored entries, relative to the root of the product of their diagonal entries: the
 rounding of single precision is 10 times less."""
@@ -36,7 +40,7 @@ class MatrixError(ValueError):
         self.matrix, self.row = matrix, row
 
 
-def accept_matrix(name: str, value: ArrayLike | csc_array, size: int | None = None) -> csc_array:
+def accept_matrix(name: str, value: GivenMatrix, size: int | None = None) -> csc_array:
     """Return a dense or sparse matrix as a symmetric one in compressed columns, without stored zeros.
 
     Args:
@@ -47,9 +51,9 @@ def accept_matrix(name: str, value: ArrayLike | csc_array, size: int | None = No
     Raises:
         MatrixError: If it is not square, finite or symmetric.
     """
-    given = value if issparse(value) else np.asarray(value)
-    if getattr(given, "dtype", None) == object or given.ndim != 2 or given.shape[0] != given.shape[1]:
-        raise MatrixError(name, f" has shape {getattr(given, 'shape', ())}: must be square, (dof, dof), of numbers")
+    given: Any = value if issparse(value) else np.asarray(value)
+    if given.dtype.kind == "O" or given.ndim != 2 or given.shape[0] != given.shape[1]:
+        raise MatrixError(name, f" has shape {given.shape}: must be square, (dof, dof), of numbers")
     if given.shape[0] == 0 or (size is not None and given.shape[0] != size):
         wanted = "at least (1, 1)" if size is None else f"({size}, {size}) like the mass"
         raise MatrixError(name, f" has shape {given.shape}: must be {wanted}")
@@ -77,7 +81,7 @@ def _check_symmetry(name: str, matrix: csc_array) -> None:
     worst = int(np.argmax(np.abs(difference.data) / size))
     if np.abs(difference.data[worst]) <= SYMMETRY * size[worst]:
         return
-    row, column = int(rows[worst]), int(columns[worst])
+    row, column = sorted((int(rows[worst]), int(columns[worst])))
     triangle = ""
     entries = matrix.tocoo()
     below = entries.coords[0] - entries.coords[1]
@@ -114,11 +118,12 @@ def check_not_negative(name: str, matrix: csc_array, rows: np.ndarray) -> None:
     excess = np.abs(entries.data) - (1.0 + NEGATIVE) * scale[i] * scale[j]
     if entries.nnz and excess.max() > 0.0:
         worst = int(np.argmax(excess / np.maximum(scale[i] * scale[j], np.finfo(float).tiny)))
-        row, column = int(rows[i[worst]]), int(rows[j[worst]])
+        first, second = sorted((int(i[worst]), int(j[worst])))
+        row, column = int(rows[first]), int(rows[second])
         raise MatrixError(
             name,
             f"[{row}, {column}] = {float(entries.data[worst])!r} is larger than its diagonal entries allow "
-            f"({float(diagonal[i[worst]]):.6g} and {float(diagonal[j[worst]]):.6g}): some motion of these two rows has "
+            f"({float(diagonal[first]):.6g} and {float(diagonal[second]):.6g}): some motion of these two rows has "
             f"a negative {name}",
             row,
         )
@@ -174,9 +179,7 @@ def _least_pivot(matrix: csc_array, shift: float) -> tuple[int, float]:
     size = matrix.shape[0]
     shifted = csc_array(matrix + diags_array(np.full(size, shift)))
     try:
-        factor = splu(
-            shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return 0, 0.0
     order = np.empty(size, int)

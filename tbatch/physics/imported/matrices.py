@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, diags_array
 
-from tbatch.physics.imported.checks import MatrixError, accept_matrix, check_definite, check_not_negative
+from tbatch.physics.imported.checks import GivenMatrix, accept_matrix, check_definite, check_not_negative
 from tbatch.physics.imported.order import elimination_order, reached
 from tbatch.physics.imported.rail import HELD, NodeMap, RailNodes
 from tbatch.physics.sparse import SparseSymmetric, same_places
@@ -46,9 +46,9 @@ class ImportedMatrices:
     @classmethod
     def of(
         cls,
-        mass: ArrayLike | csc_array,
-        damping: ArrayLike | csc_array,
-        stiffness: ArrayLike | csc_array,
+        mass: GivenMatrix,
+        damping: GivenMatrix,
+        stiffness: GivenMatrix,
         rail_x: ArrayLike,
         rail_w: Sequence[int] | np.ndarray,
         rail_theta: Sequence[int] | np.ndarray | None,
@@ -110,7 +110,7 @@ class ImportedMatrices:
     def describe_rows(self, rail_EI: float | None) -> list[tuple[str, str]]:
         """Return the import's facts as (label, text)."""
         gap = np.diff(self.rail.x)
-        spacing = f"{gap.mean():g} m apart" if np.ptp(gap) <= 1e-9 * gap.mean() else f"{gap.min():g} to {gap.max():g} m"
+        spacing = f"{gap.mean():g}" if np.ptp(gap) <= 1e-9 * gap.mean() else f"{gap.min():g} to {gap.max():g}"
         stepped = self.given_count - self.held_count - self.apart_count
         left = [
             f"{number} {what}"
@@ -125,7 +125,7 @@ class ImportedMatrices:
         if not self.downward:
             shape += "; given as -dw/dx and turned round"
         return [
-            ("track rail", f"{len(self.rail.x)} nodes, {spacing}; {shape}"),
+            ("track rail", f"{len(self.rail.x)} nodes, {spacing} m apart; {shape}"),
             ("track dofs", ", ".join([f"{self.given_count} given, {stepped} stepped", *left])),
         ]
 
@@ -192,6 +192,3 @@ def _spread(matrix: csc_array, old: np.ndarray) -> csc_array:
     entries = matrix.tocoo()
     rows, columns = entries.coords
     return csc_array((entries.data, (new[rows], new[columns])), shape=(len(old), len(old)))
-
-
-__all__ = ["ImportedMatrices", "MatrixError"]

@@ -5,6 +5,8 @@ coordinates of a reduced model meet every rail node; minimum degree leaves them 
 entries in the factor is taken.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
@@ -40,11 +42,12 @@ def elimination_order(pattern: csc_array, group: np.ndarray) -> np.ndarray:
     # A matrix of this pattern that is safely definite: only its elimination matters.
     graph.setdiag(0.0)
     graph.eliminate_zeros()
-    degree = np.asarray(graph.sum(axis=1)).ravel()
+    degree: np.ndarray = np.asarray(graph.sum(axis=1)).ravel()
     model = csc_array(diags_array(degree + 1.0) - graph)
     along = np.asarray(reverse_cuthill_mckee(csc_array(model).tocsr(), symmetric_mode=True))
     candidates = []
-    for start, spec in ((along, "NATURAL"), (np.arange(count), "MMD_AT_PLUS_A")):
+    choices: tuple[tuple[np.ndarray, Any], ...] = ((along, "NATURAL"), (np.arange(count), "MMD_AT_PLUS_A"))
+    for start, spec in choices:
         ordered = csc_array(model[start][:, start])
         factor = splu(ordered, permc_spec=spec, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         place = np.empty(count, int)
