@@ -214,11 +214,11 @@ COORDINATES = "%%MatrixMarket matrix coordinate real general\n"
         ("%%MatrixMarket matrix array real general\n900000 900000\n1.0\n", "1 entries; line 2 says 810000000000"),
         (
             f"{COORDINATES}2 2 2\n2 1 1.0\n3 1 1.0\n",
-            "line 4: (3, 1); rows and columns are",
+            "line 4: '3 1 1.0'; accepted: row, column (1 to 2)",
         ),
         (
             f"{COORDINATES}% no\n1 1 1\n1 x 1\n",
-            "line 4: '1 x 1'; accepted: row, column",
+            "line 4: '1 x 1'; accepted: row, column (1 to 1)",
         ),
         (f"{COORDINATES}1 1 1\n1 1 nan\n", "line 3: nan is not a finite number"),
         ("1,1, 1,1, 2.0\n1,1, 1,1, 2.0\n", "line 2: the same entry stands at line 1"),

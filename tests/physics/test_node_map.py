@@ -1,5 +1,8 @@
 """A node map says where the rail is in the matrices; what it says wrongly is refused with its line."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -124,3 +127,11 @@ def test_a_map_that_does_not_fit_the_matrices_is_refused(text: str, matrix: File
 def test_positions_are_exact_in_metres() -> None:
     found = read_node_map("x [m],w_row [from 1]\n0.1,1\n0.7,2\n", "rail.csv")
     assert np.array_equal(found.x, [0.1, 0.7])
+
+
+def test_the_node_maps_of_the_documentation_are_read() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "exporting_matrices.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"\n\n((?:    .*,.*\n)+)", page)
+    maps = [read_node_map(block, "page") for block in blocks if re.match(r"    (x|node),? ", block)]
+    assert [found.x.tolist() for found in maps] == [[0.0, 0.65], [0.0, 0.65, 1.3]]
+    assert maps[1].w == ((101, 3), (102, 3), (103, HELD))

@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from tbatch.physics.substructure.file_matrix import MOST_ROWS, FileMatrix, assemble
+from tbatch.physics.substructure.number_table import read_table
 
 _ACCEPTED = "*MATRIX OUTPUT with FORMAT=MATRIX INPUT (node, dof, node, dof, value) or COORDINATE (row, column, value)"
 _MOST_DOFS = 64
@@ -31,51 +32,56 @@ def read_abaqus(text: str, path: str) -> FileMatrix:
         text: The file's text.
         path: The file, for messages.
     """
-    rows: list[int] = []
-    columns: list[int] = []
-    values: list[float] = []
-    lines: list[int] = []
-    width, half = 0, True
-    for number, line in enumerate(text.split("\n"), start=1):
-        stripped = line.strip()
-        if not stripped or stripped.startswith("**"):
-            continue
-        if stripped.startswith("*"):
-            half = _accept_keyword(stripped, f"{path}, line {number}") and half
-            continue
-        words = stripped.rstrip(",").split(",")
-        width = width or len(words)
+    lines = text.split("\n")
+    at: list[int] = []
+    half = True
+    for number, line in enumerate(lines):
+        if line.lstrip()[:1] == "*":
+            if not line.lstrip().startswith("**"):
+                half = _accept_keyword(line.strip(), f"{path}, line {number + 1}") and half
+        elif line and not line.isspace():
+            at.append(number)
+    if not at:
+        raise ValueError(f"{path}: no entries; accepted: {_ACCEPTED}")
+    width = len(lines[at[0]].strip().rstrip(",").split(","))
+
+    def parse(index: int) -> tuple[list[int], float]:
+        place = f"{path}, line {at[index] + 1}"
+        words = lines[at[index]].strip().rstrip(",").split(",")
         if len(words) != width or width not in (3, 5):
-            raise ValueError(f"{path}, line {number}: {len(words)} values; accepted: {_ACCEPTED}, the same all through")
+            raise ValueError(f"{place}: {len(words)} values; accepted: {_ACCEPTED}, the same all through")
         try:
             whole = [int(word) for word in words[:-1]]
             value = float(words[-1].replace("D", "E").replace("d", "e"))
         except ValueError:
-            raise ValueError(f"{path}, line {number}: {stripped[:60]!r} is not read; accepted: {_ACCEPTED}") from None
+            shown = lines[at[index]].strip()[:60]
+            raise ValueError(f"{place}: {shown!r} is not read; accepted: {_ACCEPTED}") from None
         if width == 5:
             for node, dof in (whole[:2], whole[2:]):
                 if not (0 < dof < _MOST_DOFS and 0 < abs(node) < _LARGEST_NODE):
-                    raise ValueError(f"{path}, line {number}: there is no dof {dof} of a node {node}")
-            whole = [whole[0] * _MOST_DOFS + whole[1], whole[2] * _MOST_DOFS + whole[3]]
+                    raise ValueError(f"{place}: there is no dof {dof} of a node {node}")
         elif not (1 <= min(whole) and max(whole) <= MOST_ROWS):
-            raise ValueError(f"{path}, line {number}: row {whole[0]}, column {whole[1]}: must be from 1 to {MOST_ROWS}")
-        rows.append(whole[0])
-        columns.append(whole[1])
-        values.append(value)
-        lines.append(number)
-    if not values:
-        raise ValueError(f"{path}: no entries; accepted: {_ACCEPTED}")
-    i, j = np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64)
+            raise ValueError(f"{place}: row {whole[0]}, column {whole[1]}: must be from 1 to {MOST_ROWS}")
+        return whole, value
+
+    numbers, values = read_table([lines[number] for number in at], width - 1, parse, delimiter=",")
+    if width == 5:
+        node, dof = numbers[:, 0::2], numbers[:, 1::2]
+        wrong = (dof < 1) | (dof >= _MOST_DOFS) | (node == 0) | (np.abs(node) >= _LARGEST_NODE)
+    else:
+        wrong = (numbers < 1) | (numbers > MOST_ROWS)
+    if width not in (3, 5) or wrong.any():
+        parse(int(np.argmax(wrong.any(axis=1))))
     labels = None
     if width == 5:
-        keys, at = np.unique(np.concatenate([i, j]), return_inverse=True)
-        i, j = at[: i.size], at[i.size :]
+        keys, rows = np.unique(np.concatenate((node * _MOST_DOFS + dof).T), return_inverse=True)
+        i, j = rows.reshape(2, -1)
         labels = tuple((key // _MOST_DOFS, key % _MOST_DOFS) for key in keys.tolist())
         size = len(labels)
     else:
-        i, j = i - 1, j - 1
-        size = int(max(i.max(), j.max())) + 1
-    matrix = assemble(path, i, j, np.array(values), size, half=half, named=lambda entry: f"line {lines[entry]}")
+        i, j = numbers.T - 1
+        size = int(numbers.max())
+    matrix = assemble(path, i, j, values, size, half=half, named=lambda entry: f"line {at[entry] + 1}")
     return FileMatrix(path, matrix, labels, stated=False)
 
 

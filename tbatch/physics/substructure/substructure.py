@@ -153,6 +153,7 @@ class Substructure:
                 rail_theta=self.rail_theta,
                 rail_EI=rail_EI,
                 rails=rails,
+                source=Path(self.files["stiffness"]).name,
             )
         except ValueError as error:
             raise ValueError(self._in_terms_of_files(error)) from error
