@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -16,7 +16,7 @@ from tbatch.scenario.irregularity import complete_irregularity
 from tbatch.scenario.keep import complete_keep
 from tbatch.scenario.later import take_out_later
 from tbatch.scenario.limits import check_limits, gather_limits
-from tbatch.scenario.matrices import ImportedTrack, read_matrices
+from tbatch.scenario.matrices import read_matrices
 from tbatch.scenario.measured import MeasuredLevel, read_measured
 from tbatch.scenario.passage import Passage, Speed, complete_run, complete_speed
 from tbatch.scenario.resolution import warn_of_step
@@ -26,6 +26,9 @@ from tbatch.scenario.surface import Surface, check_surface
 from tbatch.scenario.track import TrackSection, complete_track, missing_keys
 from tbatch.scenario.vary import complete_vary
 from tbatch.scenario.vehicle import VehicleSection, complete_vehicle
+
+if TYPE_CHECKING:
+    from tbatch.physics.track import Track
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +40,7 @@ class Loaded:
     passage: Passage
     surface: Surface
     sampling: Sampling
-    imported: ImportedTrack | None = None
+    imported: "Track | None" = None
     """The track, if it is made from files."""
 
 
@@ -67,7 +70,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
 
     vehicle: VehicleSection | None = _completed("vehicle", complete_vehicle, sections, findings)
     track: TrackSection | None = _completed("track", complete_track, sections, findings)
-    imported: ImportedTrack | None = None
+    imported: Track | None = None
     files: TrackSection | None = sections.get("track")  # read even if the rest of the table is not sound
     if files and files.matrices and files.rayleigh:
         matrices, imported = read_matrices(
@@ -91,7 +94,9 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         findings.refuse(("campaign", "stop", "max_runs"), "is too few", value=campaign.stop.max_runs, accepted=accepted)
 
     passage = surface = None
-    reach = (imported.reach if imported else None) if track and track.matrices else track and (0.0, track.built_length)
+    reach = (imported.begin, imported.end) if imported else None
+    if track and not track.matrices:
+        reach = 0.0, track.built_length
     if vehicle and track and reach and speed and integration and "run" in sections:
         sections["run"], passage = complete_run(
             sections["run"],

@@ -2,7 +2,6 @@
 
 import hashlib
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -66,15 +65,6 @@ class Matrices(Section):
     """Checksums that the files must have; filled in when the scenario is resolved."""
 
 
-@dataclass(frozen=True, eq=False)
-class ImportedTrack:
-    """A track made from files."""
-
-    track: "Track"
-    reach: tuple[float, float]
-    """Where the rail begins and ends [m]."""
-
-
 def read_matrices(
     table: Matrices,
     folder: Path,
@@ -82,7 +72,7 @@ def read_matrices(
     *,
     rails: int | None,
     rayleigh: tuple[float, float],
-) -> tuple[Matrices, ImportedTrack | None]:
+) -> tuple[Matrices, "Track | None"]:
     """Read the files of an imported track and build it.
 
     Args:
@@ -136,7 +126,7 @@ def read_matrices(
             _refuse(at_fault, f"cannot be used: {said}", table, findings)
         return table, None
     table = table.model_copy(update={**paths, "sha256": Checksums.model_validate(checksums)})
-    return table, ImportedTrack(track, (float(substructure.rail_x[0]), float(substructure.rail_x[-1])))
+    return table, track
 
 
 def _read(name: str, given: str, folder: Path) -> tuple[str, str, Any]:

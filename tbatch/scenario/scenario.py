@@ -176,7 +176,7 @@ class Scenario:
         try:
             return Model.build(
                 build_vehicle(document.vehicle),
-                imported.track if (imported := self._loaded.imported) else build_track(document.track),
+                self._loaded.imported or build_track(document.track),
                 build_contact(document.contact),
                 step=document.integration.step,
                 splitting=document.integration.splitting,
