@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from scipy.sparse import csc_array, random_array
 
 from tbatch.numerics.factorization import factorise
+from tbatch.numerics.near_rail import COLUMN_TOLERANCE
 from tbatch.numerics.sparse_factor import SparseFactor
-from tbatch.numerics.sparse_factorization import COLUMN_TOLERANCE
 from tbatch.numerics.sparse_rows import sparse_products, sparse_sweep
 from tbatch.numerics.two_step import TwoStep, effective
 from tbatch.physics.sparse import SparseSymmetric, same_places
@@ -70,7 +70,7 @@ def test_the_lists_solve_and_multiply(track, splitting):
 @pytest.mark.parametrize("track", TRACKS)
 def test_the_columns_near_the_rail_are_those_of_the_inverse(track):
     track, scheme = TRACKS[track](), TwoStep(1e-4)
-    factor = factorise(track, scheme)
+    near = factorise(track, scheme).near
     K, C, M = (part.entries for part in (track.stiffness, track.damping, track.mass))
     whole = (effective(K, C, M, scheme.c3) + csc_array(np.diag(track.pinned[:, 0].astype(float)))).toarray()
     inverse = np.linalg.inv(whole)
@@ -79,12 +79,12 @@ def test_the_columns_near_the_rail_are_those_of_the_inverse(track):
     rows = track.layer_rows(np.arange(track.element_count))
     for element in range(track.element_count):
         kept = np.zeros((track.node_count, 4))
-        np.add.at(kept, factor.near[element], factor.columns[0, element])
+        np.add.at(kept, near.rows[element], near.columns[0, element])
         error = np.abs(kept - inverse[:, rows[element]]) / np.maximum(scale[:, rows[element]], 1e-300)
         assert error[scale[:, rows[element]] > 0.0].max() <= 10 * COLUMN_TOLERANCE
-        first = factor.rail_first[element]
-        nodes = np.append(track.imported.rail.row, 0)[first : first + factor.rail_places // 2]
-        np.testing.assert_array_equal(factor.near[element, : factor.rail_places : 2], nodes)
+        first = near.first[element]
+        nodes = track.imported.rail.row[first : first + near.rail_places // 2]
+        np.testing.assert_array_equal(near.rows[element, : near.rail_places : 2], nodes)
 
 
 def test_a_matrix_that_is_not_definite_is_refused():
