@@ -9,7 +9,8 @@ from tbatch.numerics.sparse_factor import SparseFactor
 from tbatch.physics.imported.rail import RailNodes
 
 COLUMN_TOLERANCE = 1e-12
-"""Entries of K̂⁻¹ at the rail smaller than this fraction of the largest in their row are left out."""
+"""Entries of K̂⁻¹ at the rail smaller than this fraction of the diagonal entries of their row and column, or of the
+largest in their row, are left out."""
 _ELEMENTS_AT_ONCE = 64
 """Elements whose columns are solved together: those of a large track do not all fit into memory."""
 
@@ -33,7 +34,8 @@ class NearRail:
         dofs = (rail.row[:, None].astype(np.int64) + np.arange(2)).ravel()
         size = len(factors[0].pinned)
         # Rotations and displacements have different units: each column counts against its own diagonal.
-        largest = np.zeros((len(factors), size))
+        # The inverse of a pivot is a lower bound of the row's diagonal entry of K̂⁻¹.
+        largest = np.stack([1.0 / np.sqrt(factor.pivot) for factor in factors])
         for _, columns, own in _parts(dofs, factors):
             np.maximum(largest, (np.abs(columns) / own[:, None]).max(axis=2), out=largest)
         node_of = np.full(size, -1)
