@@ -199,8 +199,8 @@ def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:
         return factor.rows, none, aligned_zeros((1, 1, 1, 4)), none, none
     if isinstance(factor, FactorisedSparse):
         # Every element is a class of its own; its window begins with two places for each rail node.
-        none, elements = np.zeros(1, np.int32), np.arange(len(factor.near), dtype=np.int32)
-        return factor.rows, none, aligned(factor.columns), elements, 2 * factor.rail_first
+        none, elements = np.zeros(1, np.int32), np.arange(len(factor.near.rows), dtype=np.int32)
+        return factor.rows, none, aligned(factor.near.columns), elements, 2 * factor.near.first
     return factor.rows, factor.node_class, aligned(factor.columns), factor.element_class, factor.window_start
 
 
@@ -210,8 +210,8 @@ def imported_tables(model: Model) -> tuple[Any, ...]:
     if not isinstance(factor, FactorisedSparse):
         none, square = np.zeros(1, np.int32), np.zeros((1, 1), np.int32)
         return np.zeros(1), none, square, 0, square, none, np.zeros((1, 1, 1))
-    rail = factor.rail
-    return rail.x, rail.row, factor.near, factor.rail_places, factor.starts, factor.partner, factor.product
+    rail, near = factor.rail, factor.near
+    return rail.x, rail.row, near.rows, near.rail_places, factor.starts, factor.partner, factor.product
 
 
 class _Collected:

@@ -200,8 +200,8 @@ class ReferenceRun:
         near = 0.0
         if isinstance(track, FactorisedSparse):
             # Of the places near an element, the rail's come first, two a node.
-            dofs, places = 2, track.rail_places
-            other = 2 * (self.element[j] - track.rail_first[self.element[i]])
+            dofs, places = 2, track.near.rail_places
+            other = 2 * (self.element[j] - track.near.first[self.element[i]])
         else:
             other, places = self.element[j] * dofs - track.window_start[self.element[i]], track.window_rows
         if other >= 0 and other + dofs + 1 < places:
@@ -216,7 +216,7 @@ class ReferenceRun:
         """K̂⁻¹ columns near the element under wheel j, their rows, and the number of interleaved sums over them."""
         track, element = self.track, self.element[j]
         if isinstance(track, FactorisedSparse):
-            return track.columns[rate, element], track.near[element], 2
+            return track.near.columns[rate, element], track.near.rows[element], 2
         first = track.window_start[element]
         rows = np.arange(first, first + track.window_rows)
         return track.columns[rate, track.element_class[element]], rows, track.node_dofs // 2

@@ -34,19 +34,19 @@ class SparseFactor:
             ValueError: If the matrix is not positive definite on the free rows; names the row.
         """
         entries = matrix.pinned(pinned, unit=1.0).entries
-        size = entries.shape[0]
         try:
             solver = splu(entries, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError:
             raise ValueError("the track's matrix is singular: a dof is loose") from None
-        pivot = solver.U.diagonal()
-        # The rows stand in an order that SuperLU keeps; it takes others only for a pivot that is zero.
-        natural = np.arange(size)
-        moved = np.flatnonzero((solver.perm_c != natural) | (solver.perm_r != natural))
+        # SuperLU renumbers the rows along its elimination tree. That changes no entry of the factor; in the old order
+        # it is as triangular. It exchanges rows only where a pivot is zero.
+        place = solver.perm_c
+        pivot = solver.U.diagonal()[place]
+        moved = np.flatnonzero(solver.perm_r != place)
         if moved.size or not (pivot > 0.0).all():
             row = int(moved[0]) if moved.size else int(np.argmin(pivot))
             raise ValueError(f"the track's matrix is not positive definite at its stepped row {row}: a dof is loose")
-        lower = csr_array(solver.L)
+        lower = csr_array(csr_array(solver.L)[place][:, place])
         lower.setdiag(0.0)
         lower.eliminate_zeros()
         lower.sort_indices()

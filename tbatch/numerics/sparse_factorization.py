@@ -14,14 +14,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse import csr_array
 
+from tbatch.numerics.near_rail import NearRail
 from tbatch.numerics.sparse_factor import SparseFactor
 from tbatch.numerics.two_step import TwoStep, effective
 from tbatch.physics.imported.rail import RailNodes
 from tbatch.physics.line import Line
 from tbatch.physics.sparse import SparseSymmetric
 
-COLUMN_TOLERANCE = 1e-12
-"""Entries of K̂⁻¹ at the rail smaller than this fraction of the largest in their row are left out."""
 FORWARD, BACKWARD, PRODUCTS = 0, 1, 2
 """The lists of a row, in the order of `starts`."""
 
@@ -51,14 +50,8 @@ class FactorisedSparse:
     """Coefficients of the sweeps, shape (rate, 1, entry); those of the products are zero here."""
     product: np.ndarray
     """Coefficients of the products by half of the step and vector, shape (half, 2, entry)."""
-    columns: np.ndarray
-    """K̂⁻¹ of an element's four rail dofs [m/N], shape (rate, element, place, 4)."""
-    near: np.ndarray
-    """The row behind each place of `columns`, int32, shape (element, place): rail nodes first, two rows a node."""
-    rail_first: np.ndarray
-    """First rail node among an element's places, int32, shape (element,)."""
-    rail_places: int
-    """Places of rail nodes."""
+    near: NearRail
+    """K̂⁻¹ near the rail."""
     factors: tuple[SparseFactor, ...] = field(repr=False)
 
     @property
@@ -78,11 +71,9 @@ def factorise_sparse(track: Line, scheme: TwoStep) -> FactorisedSparse:
     M, C, K = imported.mass, imported.damping, imported.stiffness
     factors = tuple(SparseFactor.of(effective(K, C, M, rate), imported.pinned) for rate in scheme.rates)
     starts, partner, rows, product = _lists(M, C, factors, scheme)
-    columns, near, rail_first, rail_places = _near_rail(imported.rail, factors)
+    near = NearRail.of(imported.rail, factors)
     pattern = SparsePattern(imported.rail.linear)
-    return FactorisedSparse(
-        pattern, imported.rail, starts, partner, rows, product, columns, near, rail_first, rail_places, factors
-    )
+    return FactorisedSparse(pattern, imported.rail, starts, partner, rows, product, near, factors)
 
 
 def _lists(
@@ -142,40 +133,3 @@ def _at(matrix: csr_array, row: np.ndarray, column: np.ndarray) -> np.ndarray:
     if not len(keys):
         return np.zeros(len(wanted))
     return np.where(keys[found] == wanted, matrix.data[found], 0.0)
-
-
-def _near_rail(rail: RailNodes, factors: tuple[SparseFactor, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """K̂⁻¹ at the rail dofs of each element, cut to the rows that the tolerance leaves."""
-    nodes, size = len(rail.x), len(factors[0].pinned)
-    elements = nodes - 1
-    dofs = (rail.row[:, None].astype(np.int64) + np.arange(2)).ravel()
-    units = np.zeros((size, len(dofs)))
-    units[dofs, np.arange(len(dofs))] = 1.0
-    inverse = np.stack([factor.solve(units) for factor in factors])
-    inverse[:, :, factors[0].pinned[dofs]] = 0.0
-    # Rotations and displacements have different units: each column counts against its own diagonal.
-    own = np.sqrt(np.abs(inverse[:, dofs, np.arange(len(dofs))]))
-    relative = np.abs(inverse) / np.where(own > 0.0, own, np.inf)[:, None, :]
-    largest = relative.max(axis=2, keepdims=True)
-    kept = (relative > COLUMN_TOLERANCE * largest).any(axis=0)
-    node_kept = kept[:, 0::2] | kept[:, 1::2]
-    wanted = node_kept[:, :-1] | node_kept[:, 1:]
-    # Two rows a rail node, from the first node wanted to the last; the same number of nodes for each element.
-    of_node = wanted[rail.row] | wanted[rail.row + 1]
-    of_node[np.arange(elements), np.arange(elements)] = of_node[np.arange(1, nodes), np.arange(elements)] = True
-    low, high = of_node.argmax(axis=0), nodes - 1 - of_node[::-1].argmax(axis=0)
-    width = int((high - low).max()) + 1
-    first = np.minimum(low, nodes - width)
-    wanted[dofs] = False
-    others = wanted.sum(axis=0)
-    places = 2 * width + int(others.max(initial=0))
-    places += places % 2
-    # Places that an element does not need multiply row 0 by zero.
-    near = np.zeros((elements, places), np.int32)
-    columns = np.zeros((len(factors), elements, places, 4))
-    for element in range(elements):
-        rows = np.concatenate([dofs[2 * first[element] : 2 * (first[element] + width)],
-                               np.flatnonzero(wanted[:, element])])  # fmt: skip
-        near[element, : len(rows)] = rows
-        columns[:, element, : len(rows)] = inverse[:, rows, 2 * element : 2 * element + 4]
-    return columns, near, first.astype(np.int32), 2 * width

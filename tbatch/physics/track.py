@@ -214,21 +214,11 @@ class Track(Line):
             ValueError: Naming the matrix, the entry and what is accepted.
         """
         matrices = ImportedMatrices.of(mass, damping, stiffness, rail_x, rail_w, rail_theta)
-        if rail_EI is not None and rail_theta is None:
-            raise ValueError(f"track.rail_EI = {rail_EI!r}: the local rail compliance belongs to cubic shapes, which "
-                             "need rail_theta; without rotations rail_EI must be None")  # fmt: skip
-        x = matrices.rail.x
         return cls(
+            **matrices.line(rail_EI),
             kind="matrices",
-            length=float(x[-1] - x[0]),
-            element_count=len(x) - 1,
             layers={"rail": (0, 1)},
-            mass=matrices.mass,
-            damping=matrices.damping,
-            stiffness=matrices.stiffness,
-            pinned=matrices.pinned,
             period=1,
-            rail_EI=None if rail_EI is None else positive("track.rail_EI", rail_EI, "N m2"),
             rails=rail_count("track.rails", rails),
             name=name,
             source=source,

@@ -6,6 +6,7 @@ factor small.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from scipy.sparse import csc_array, diags_array
 from tbatch.physics.imported.checks import GivenMatrix, accept_matrix, check_definite, check_not_negative
 from tbatch.physics.imported.order import elimination_order, reached
 from tbatch.physics.imported.rail import HELD, NodeMap, RailNodes
+from tbatch.physics.quantities import positive
 from tbatch.physics.sparse import SparseSymmetric, same_places
 
 PENALTY = 1e30
@@ -106,6 +108,30 @@ class ImportedMatrices:
             massless_count=int((M.diagonal() == 0.0).sum() - pinned.sum()),
             downward=downward,
         )
+
+    def line(self, rail_EI: float | None) -> dict[str, Any]:
+        """Return what a `Line` takes from the matrices.
+
+        Args:
+            rail_EI: bending stiffness of the rail [N m2]; None if the local rail compliance is to be left out.
+
+        Raises:
+            ValueError: If the rail has no rotations and yet a bending stiffness.
+        """
+        if rail_EI is not None and self.rail.linear:
+            raise ValueError(
+                f"track.rail_EI = {rail_EI!r}: the local rail compliance belongs to cubic shapes, which need "
+                "rail_theta; without rotations rail_EI must be None"
+            )
+        return {
+            "length": float(self.rail.x[-1] - self.rail.x[0]),
+            "element_count": len(self.rail.x) - 1,
+            "mass": self.mass,
+            "damping": self.damping,
+            "stiffness": self.stiffness,
+            "pinned": self.pinned,
+            "rail_EI": None if rail_EI is None else positive("track.rail_EI", rail_EI, "N m2"),
+        }
 
     def describe_rows(self, rail_EI: float | None) -> list[tuple[str, str]]:
         """Return the import's facts as (label, text)."""
