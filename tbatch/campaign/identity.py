@@ -1,6 +1,7 @@
 """Which campaign a folder holds: its resolved scenario, but for the number of runs and where files lie.
 
-More runs extend a campaign, they do not change it; a measured level is known by its checksum, wherever its file lies.
+More runs extend a campaign, they do not change it; a measured level and the matrices of a track are known by their
+checksums, wherever their files lie.
 """
 
 import copy
@@ -9,8 +10,10 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from tbatch.scenario.matrices import FILES
+
 _RUNS = "campaign.runs"
-_PLACES = ("irregularity.measured.file",)
+_PLACES = ("irregularity.measured.file", *(f"track.matrices.{name}" for name in FILES))
 _ABSENT = "absent"
 
 

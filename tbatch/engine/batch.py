@@ -22,7 +22,7 @@ from tbatch.engine.rows import (
 )
 from tbatch.engine.statistics import Statistics
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.rows import first_load, hermite_at
+from tbatch.numerics.rows import first_load, shape_at
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.physics.long_profile import LongProfile
 from tbatch.physics.profile import Profile
@@ -123,9 +123,7 @@ class Batch:
 
     def _place(self, model: Model, memory: np.ndarray, marks: np.ndarray, inputs: RunInputs) -> None:
         """Elements and Hermite values of the wheels at t = 0, where the forces f₀ act."""
-        element, local, shape = hermite_at(
-            inputs.local_positions(0.0, inputs.passed), model.track.element_length, model.track.element_count
-        )
+        element, local, shape = shape_at(model.track, inputs.local_positions(0.0, inputs.passed))
         memory[self.at.local : self.at.local + self.at.wheels] = local
         memory[self.at.shape : self.at.shape + 4 * self.at.wheels] = shape.ravel()
         memory[self.at.level : self.at.level + self.at.wheels] = inputs.levels(0.0)

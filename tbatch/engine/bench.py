@@ -154,7 +154,9 @@ def measure(
     compiled, cached = start_seconds()
     say(f"batch engine, {runs} runs, 1 thread")
     one = engine_seconds(model, runs, 1)
-    operations = track_operations(model.factor.pattern, model.track.node_count)
+    pattern = model.factor.pattern
+    assert isinstance(pattern, RowPattern)
+    operations = track_operations(pattern, model.track.node_count)
     figures: dict[str, Any] = {
         "machine": _processor(),
         "threads available": most,

@@ -8,10 +8,12 @@ from tbatch.engine.batch import Batch
 from tbatch.engine.model import Model
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import SaveAt
-from tbatch.numerics.factorization import BlockFactor
+from tbatch.numerics.factorization import BlockFactor, factor_of
+from tbatch.numerics.inertia import inertia
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.rows import hermite_at
+from tbatch.numerics.rows import shape_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factor import SparseFactor
 
 LAYERS = ("rail", "slab", "base")
 
@@ -38,7 +40,7 @@ class Histories:
         self.probe_rows, self.probe_shape = np.zeros((0, 2), np.int32), np.zeros((0, 4))
         self.sample_rows = np.full(channel_rows.CHANNELS, -1, np.int32)
         self._width = 0
-        self._mass_factor: BlockFactor | None = None
+        self._mass_factor: BlockFactor | SparseFactor | None = None
         if save is None:
             return
         self._steps = steps
@@ -64,10 +66,9 @@ class Histories:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
         if self._layers:
             track.locate(save.rail_at)
-            element, _, shape = hermite_at(save.rail_at, track.element_length, track.element_count)
-            first = [element * track.node_dofs + track.layers[layer][0] for layer in self._layers]
-            near = np.concatenate(first)
-            self.probe_rows = np.stack([near, near + track.node_dofs], axis=1).astype(np.int32)
+            element, _, shape = shape_at(track, np.asarray(save.rail_at, float))
+            rows = np.concatenate([track.layer_rows(element, layer) for layer in self._layers])
+            self.probe_rows = np.ascontiguousarray(rows[:, [0, 2]].astype(np.int32))
             self.probe_shape = np.tile(shape, (len(self._layers), 1))
         dofs, wheels = self.model.vehicle.dof_count, self.model.vehicle.wheel_count
         plans = (
@@ -130,7 +131,7 @@ class Histories:
             first[layer] = self._probes(number, state.track)
         if "rail_acceleration" in self.channels:
             if self._mass_factor is None:
-                self._mass_factor = BlockFactor.of(track.mass.diagonal, track.mass.lower, track.pinned)
+                self._mass_factor = factor_of(*inertia(track))
             load = np.einsum("ndw,w->nd", model.ground.loads(positions), state.force)
             load -= track.stiffness.dot(state.track) + track.damping.dot(state.track_velocity)
             first["rail_acceleration"] = self._probes(self._layers.index("rail"), self._mass_factor.solve(load))

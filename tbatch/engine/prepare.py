@@ -49,10 +49,10 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
             continue
         first = runs.start[run] - vehicle.wheel_offsets.max()
         last = runs.start[run] + runs.speed[run] * float(steps[run]) * model.step
-        if first < 0.0 or last > model.track.length * (1.0 + 1e-12):
+        if first < model.track.begin or last > model.track.end + 1e-12 * model.track.length:
             raise ValueError(
                 f"run {run}: its wheels would be on x = {first:.3f} ... {last:.3f} m, the track is on "
-                f"0 ... {model.track.length:.3f} m; choose start, speed and duration accordingly"
+                f"{model.track.begin:g} ... {model.track.end:.3f} m; choose start, speed and duration accordingly"
             )
     return steps
 

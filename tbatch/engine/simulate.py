@@ -17,6 +17,7 @@ from tbatch.engine.result import Result, separation_table, summary_table
 from tbatch.engine.rows import EVENT_COLUMNS, LANES, MARKS, PER_WHEEL, MarkRows, MemoryRows
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factorization import FactorisedSparse
 
 LANDING_WINDOW = 5e-3
 """Time after the end of a separation in which its landing force is sought [s]."""
@@ -182,6 +183,7 @@ def _model_arguments(model: Model, histories: Histories) -> tuple[Any, ...]:
         *line,
         *(window.period, window.period_elements, window.home),
         *kernel_tables(model),
+        *imported_tables(model),
         np.array(model.vehicle.wheel_dofs, np.int32),
         *(histories.probe_rows, histories.probe_shape),
     )
@@ -195,7 +197,21 @@ def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:
     if not factor.node_dofs:
         none = np.zeros(1, np.int32)
         return factor.rows, none, aligned_zeros((1, 1, 1, 4)), none, none
+    if isinstance(factor, FactorisedSparse):
+        # Every element is a class of its own; its window begins with two places for each rail node.
+        none, elements = np.zeros(1, np.int32), np.arange(len(factor.near.rows), dtype=np.int32)
+        return factor.rows, none, aligned(factor.near.columns), elements, 2 * factor.near.first
     return factor.rows, factor.node_class, aligned(factor.columns), factor.element_class, factor.window_start
+
+
+def imported_tables(model: Model) -> tuple[Any, ...]:
+    """What the kernel asks of an imported track beside; never read for other tracks, but it cannot be empty."""
+    factor = model.factor
+    if not isinstance(factor, FactorisedSparse):
+        none, square = np.zeros(1, np.int32), np.zeros((1, 1), np.int32)
+        return np.zeros(1), none, square, 0, square, none, np.zeros((1, 1, 1))
+    rail, near = factor.rail, factor.near
+    return rail.x, rail.row, near.rows, near.rail_places, factor.starts, factor.partner, factor.product
 
 
 class _Collected:

@@ -11,7 +11,7 @@ import numpy as np
 
 from tbatch.numerics.scipy_track import ScipyTrack
 from tbatch.numerics.two_step import TwoStep
-from tbatch.physics.track import Track
+from tbatch.physics.line import Line
 
 MARGINS = (10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 360.0)
 """Lengths of track beyond the outer wheels that are tried [m]."""
@@ -48,7 +48,7 @@ class Window:
         return 0 if self.period == 0.0 else int(np.floor((position - self.home) / self.period)) + 1
 
 
-def make_window(track: Track, wheelbase: float, tolerance: float) -> tuple[Track, Window]:
+def make_window(track: Line, wheelbase: float, tolerance: float) -> tuple[Line, Window]:
     """The line that is stepped in place of an endless track.
 
     Args:
@@ -81,13 +81,13 @@ def make_window(track: Track, wheelbase: float, tolerance: float) -> tuple[Track
     return line, Window(period, track.period, margin + wheelbase + period, margin, echo)
 
 
-def _echo(track: Track, margin: float) -> float:
+def _echo(track: Line, margin: float) -> float:
     """Largest difference that ends at `margin` make to the deflection under a pulse, relative to its peak."""
     near, far = (_pulse_response(track, length) for length in (margin, 2.0 * margin))
     return float(np.abs(near - far).max() / np.abs(far).max())
 
 
-def _pulse_response(track: Track, margin: float) -> np.ndarray:
+def _pulse_response(track: Line, margin: float) -> np.ndarray:
     """Deflection under a half-sine pulse on a seat, with `margin` of track to either side [m per N], shape (step,)."""
     assert track.window is not None
     period = track.period * track.element_length

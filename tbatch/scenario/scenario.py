@@ -17,6 +17,7 @@ from tbatch.scenario.errors import Findings, Path, Problem, ScenarioError, dotte
 from tbatch.scenario.keep import Keep
 from tbatch.scenario.limits import DivergedLimit
 from tbatch.scenario.load import Loaded, load
+from tbatch.scenario.matrices import FILES
 from tbatch.scenario.positions import key_lines
 from tbatch.scenario.source import Source, parse_override
 from tbatch.scenario.track import build_track
@@ -159,6 +160,8 @@ class Scenario:
         tables = self.resolved()
         del tables["campaign"]["runs"]
         tables["irregularity"].get("measured", {}).pop("file", None)
+        for name in FILES:
+            tables["track"].get("matrices", {}).pop(name, None)
         return hashlib.sha256(json.dumps(tables, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
     def model(self) -> "Model":
@@ -173,7 +176,7 @@ class Scenario:
         try:
             return Model.build(
                 build_vehicle(document.vehicle),
-                build_track(document.track),
+                self._loaded.imported or build_track(document.track),
                 build_contact(document.contact),
                 step=document.integration.step,
                 splitting=document.integration.splitting,
