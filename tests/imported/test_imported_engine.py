@@ -157,5 +157,7 @@ def test_describe_says_what_was_imported():
     assert "25 nodes, 0.2 to 0.7 m apart; cubic" in text
     assert "75 given, 75 stepped" in text
     assert "in series with the contact" in text
+    slab = exported(tb.Track.slab("seed-slab", length=13.0)).shuffled(2).track()
+    assert "held at x = 0, 13 m" in str(slab.describe_rows())
     assert "straight lines between the nodes" in model("straight").describe()
     assert "local rail compliance     off" in model("straight").describe()
