@@ -107,6 +107,10 @@ REFUSED = {
     "row twice": (lambda: replace(export(), theta=[1, 3, 5, 4]), "track.rail_theta[3] = 4: already taken by "
                                                                 "track.rail_w[2]"),
     "no node moves": (lambda: replace(export(), w=[-1, -1, -1, -1]), "every rail node is held"),
+    "rotations of solid elements": (
+        lambda: export().mapped(lambda part: _without(part, [1, 3, 5, 7])),
+        "has rail_theta = None",
+    ),
     "EI without rotations": (lambda: replace(export(), theta=None, EI=6.4e6), "which need rail_theta"),
     "EI of no beam": (lambda: replace(export(), EI=-1.0), "track.rail_EI = -1.0: must be above 0 [N m2]"),
     "complex": (lambda: export().mapped(lambda part: part * 1j), "track.mass holds complex128 numbers: must be real"),

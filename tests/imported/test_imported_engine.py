@@ -1,5 +1,6 @@
 """Imported tracks in the batch engine: the reference's bits, the built-in track's forces."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -40,9 +41,8 @@ TRACKS = {
 def model(track: str, splitting: float = EQUAL_SPLITTING) -> Model:
     """A pair of wheels on an imported track."""
     export = TRACKS[track]()
-    made = export.track() if export.theta is None else tb.Track.from_matrices(
-        *export.matrices, rail_x=export.x, rail_w=export.w, rail_theta=export.theta, rail_EI=6.4e6
-    )  # fmt: skip
+    EI = None if export.theta is None else 6.4e6
+    made = replace(export, EI=EI).track()
     return Model.build(pair(), made, HERTZ, step=STEP, splitting=splitting)
 
 
@@ -157,5 +157,7 @@ def test_describe_says_what_was_imported():
     assert "25 nodes, 0.2 to 0.7 m apart; cubic" in text
     assert "75 given, 75 stepped" in text
     assert "in series with the contact" in text
+    slab = exported(tb.Track.slab("seed-slab", length=13.0)).shuffled(2).track()
+    assert "held at x = 0, 13 m" in str(slab.describe_rows())
     assert "straight lines between the nodes" in model("straight").describe()
     assert "local rail compliance     off" in model("straight").describe()

@@ -71,6 +71,11 @@ class ImportedMatrices:
         assert w is not None
         if (w == HELD).all():
             raise ValueError("track.rail_w: every rail node is held; at least one must be able to move")
+        if theta is not None and (theta == HELD).all():
+            raise ValueError(
+                "track.rail_theta: no rotation can move, they are held or their rows are empty; a rail without "
+                "rotations, as of solid elements, has rail_theta = None"
+            )
         free = np.flatnonzero(~held)
         new = np.full(count, HELD)
         new[free] = np.arange(len(free))
@@ -150,6 +155,9 @@ class ImportedMatrices:
         shape = "straight lines between the nodes" if self.rail.linear else "cubic, with the rail's rotations"
         if not self.downward:
             shape += "; given as -dw/dx and turned round"
+        supports = self.rail.x[self.pinned[self.rail.row, 0]]
+        if supports.size:
+            shape += f"; held at x = {', '.join(f'{x:g}' for x in supports)} m"
         return [
             ("track rail", f"{len(self.rail.x)} nodes, {spacing} m apart; {shape}"),
             ("track dofs", ", ".join([f"{self.given_count} given, {stepped} stepped", *left])),
