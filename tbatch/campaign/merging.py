@@ -40,12 +40,11 @@ def merge(target: Path, sources: Sequence[Path], *, message: Message) -> Campaig
     damage = [line for store in others for line in store.damage()]
     if damage:
         raise StoreDamaged(damage)
-    first = stores[0]
-    resolved = max((store.resolved for store in stores), key=run_count)
-    source = read_bytes(first.folder / SCENARIO_NAME).decode()
+    longest = max(stores, key=lambda store: run_count(store.resolved))
+    source = read_bytes(longest.folder / SCENARIO_NAME).decode()
     make_folder(target)
     with holding(target, None, message):
-        store = Store.prepare(target, source, resolved, message=message)
+        store = Store.prepare(target, source, longest.resolved, message=message)
         for other in others:
             taken = _take_over(store, other, message)
             message(f"{other.folder}: {taken} of {len(other.shards)} shards taken over")
