@@ -157,11 +157,19 @@ class Store:
             self.manifest.join(self.own)
         self.own.write(self.folder, self.own_name)
 
-    def table(self, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
-        """All stored rows of a kind, ordered by case and sample, every file checked against the manifest."""
+    def table(self, kind: str, columns: Sequence[str] | None = None, case: int | None = None) -> pa.Table:
+        """All stored rows of a kind, ordered by case and sample, every file checked against the manifest.
+
+        Args:
+            kind: Of the table.
+            columns: Names of those to read; default: all.
+            case: Rows of one speed alone; default: of all.
+        """
         parts = []
         damage: list[str] = []
-        for shard in sorted(self.manifest.shards, key=lambda shard: (shard.case, shard.start)):
+        every = sorted(self.manifest.shards, key=lambda shard: (shard.case, shard.start))
+        chosen = [shard for shard in every if case in (None, shard.case)]
+        for shard in chosen or every[:1]:
             try:
                 parts.append(self.shard_table(kind, shard, columns))
             except StoreDamaged as error:
@@ -170,7 +178,7 @@ class Store:
             raise StoreDamaged(damage)
         if not parts:
             raise FolderUnusable(f"campaign folder {self.folder} holds no finished runs yet")
-        return pa.concat_tables(parts)
+        return pa.concat_tables(parts if chosen else [parts[0].slice(0, 0)])
 
     def shard_table(self, kind: str, shard: Shard, columns: Sequence[str] | None = None) -> pa.Table:
         """The rows of one stored shard, checked against the manifest."""
