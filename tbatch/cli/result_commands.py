@@ -32,13 +32,16 @@ def stats(
 ) -> None:
     """Print separation statistics with confidence intervals."""
     from tbatch.campaign.campaign import Campaign
-    from tbatch.campaign.estimate_tables import estimates_document, estimates_text
+    from tbatch.campaign.estimate_tables import estimates_document, estimates_text, sensitivities_document
     from tbatch.campaign.summary import summary_document, summary_text
 
     campaign = Campaign.open(folder)
     if as_json:
         document = summary_document(campaign)
-        print(json.dumps({**document, "estimates": estimates_document(campaign)} if every else document, indent=1))
+        if every:
+            document["estimates"] = estimates_document(campaign)
+            document["sensitivities"] = sensitivities_document(campaign)
+        print(json.dumps(document, indent=1))
     else:
         print(estimates_text(campaign) if every else summary_text(campaign))
 

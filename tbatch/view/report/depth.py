@@ -122,30 +122,39 @@ def sensitivity_picture(speed: float, units: Units) -> tuple[Picture, list[Sensi
     chosen = [name for name in ("separated", "separations", "ratio_max") if any(one.outcome == name for one in found)]
     labels = {"separated": "whether a run separates", "separations": "how often", "ratio_max": "largest Q/Q0"}
     title = f"What separation depends on, at {KMH * speed:.4g} km/h"
-    with drawing(height=1.2 + 0.5 * len(varied)) as (figure, axes):
-        for place, outcome in enumerate(chosen):
-            style = wheel_style(place + 1)
-            of = {one.varied: one for one in found if one.outcome == outcome}
-            y = np.arange(len(varied)) + 0.2 * (place - 1)
-            value = np.array([of[name].correlation for name in varied])
-            low, high = (np.array([getattr(of[name], end) for name in varied]) for end in ("low", "high"))
-            errors = [np.maximum(value - low, 0.0), np.maximum(high - value, 0.0)]
-            axes.errorbar(
-                value, y, xerr=errors, fmt=style["marker"], color=style["color"], label=labels[outcome], capsize=2
-            )
-        axes.axvline(0.0, color="#444444", linewidth=0.8)
-        axes.set_yticks(np.arange(len(varied)), varied)
-        axes.set_ylim(len(varied) - 0.5, -0.5)
-        axes.set_xlim(-1.0, 1.0)
-        axes.set_xlabel("Spearman's rank correlation [-]")
-        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
-        svg = svg_of(figure, "sensitivity", title)
-    rows = [[one.varied, one.outcome, one.correlation, one.low, one.high, one.runs] for one in found]
-    caption = (
-        "Rank correlation over the runs between each varied number and what any wheelset does. Bars: 95 %, bootstrap"
-        " over runs. A correlation sees what rises or falls together, not what acts by its deviation to either side."
+    panels = (
+        ("Spearman's rank correlation [-]", ("correlation", "low", "high"), -1.0),
+        ("share of the variance [-]", ("share", "share_low", "share_high"), 0.0),
     )
-    head = ("varied", "outcome", "rank correlation", "low (95 %)", "high (95 %)", "runs")
+    with drawing(height=1.4 + 0.5 * len(varied), panels=2, sharey=True) as (figure, grid):
+        for axes, (label, fields, least) in zip(grid, panels, strict=True):
+            for place, outcome in enumerate(chosen):
+                style = wheel_style(place + 1)
+                of = {one.varied: one for one in found if one.outcome == outcome}
+                y = np.arange(len(varied)) + 0.2 * (place - 1)
+                value, low, high = (np.array([getattr(of[name], field) for name in varied]) for field in fields)
+                errors = [np.maximum(value - low, 0.0), np.maximum(high - value, 0.0)]
+                form = {"fmt": style["marker"], "color": style["color"], "capsize": 2}
+                axes.errorbar(value, y, xerr=errors, label=labels[outcome], **form)
+            axes.axvline(0.0, color="#444444", linewidth=0.8)
+            axes.set_yticks(np.arange(len(varied)), varied)
+            axes.set_ylim(len(varied) - 0.5, -0.5)
+            axes.set_xlim(least, 1.0)
+            axes.set_xlabel(label)
+        figure.legend(*grid[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+        svg = svg_of(figure, "sensitivity", title)
+    rows = [
+        [one.varied, one.outcome, one.correlation, one.low, one.high, one.share, one.share_low, one.share_high, one.runs]
+        for one in found
+    ]
+    caption = (
+        "What any wheelset does in a run against each varied number. Left: rank correlation, which sees what rises or"
+        " falls together (bars: 95 %, bootstrap over runs). Right: first-order Sobol index, the share of the variance"
+        " that the number alone explains, to whichever side it acts (bars: 95 %, regression on polynomials of its rank);"
+        " the rest is the irregularity's and that of numbers together."
+    )
+    head = ("varied", "outcome", "rank correlation", "low (95 %)", "high (95 %)")
+    head += ("share of variance", "share low (95 %)", "share high (95 %)", "runs")
     return Picture("sensitivity", title, caption, svg, head, rows), found
 
 
