@@ -71,7 +71,7 @@ def check(
 def report(
     folder: Folder,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write; default DIR/report.")] = None,
-    histories: Annotated[bool, typer.Option(help="Simulate a worst and a median run again and draw them.")] = True,
+    histories: Annotated[bool, typer.Option(help="Simulate some runs again and draw them along the line.")] = True,
     threads: Threads = None,
 ) -> None:
     """Write one self-contained HTML page with plots, and the CSV behind each plot."""

@@ -41,6 +41,9 @@ def convergence_picture(speed: float, units: Units) -> Picture:
             high = np.array([one.high for one in points])
             band(axes, runs, [one.low for one in points], high, colour)
             axes.set_xscale("log")
+            ticks = _ticks(runs[0], runs[-1]) if runs else []
+            axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
+            axes.minorticks_off()
             known = [*values[np.isfinite(values)], *high[np.isfinite(high)][-4:], 0.0]
             axes.set_ylim(0.0 if place < 2 else None, 1.15 * max(known) or 1.0)
             if place == 2:
@@ -57,6 +60,12 @@ def convergence_picture(speed: float, units: Units) -> Picture:
         "Each estimate for any wheelset from the first n runs, with its 95 % interval; a band without an edge is open."
     )
     return Picture("convergence", title, caption, svg, ("estimate", "runs", "value", "low", "high", "method"), rows)
+
+
+def _ticks(first: int, last: int) -> list[int]:
+    """Round numbers in a range, few enough to be read."""
+    steps = (1, 2, 5) if last < 50 * first else (1,)
+    return [step * 10**power for power in range(9) for step in steps if first <= step * 10**power <= last]
 
 
 def extremes_picture(speed: float, units: Units) -> tuple[Picture, list[ExtremeFit]] | None:

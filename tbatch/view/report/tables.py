@@ -7,7 +7,6 @@ from html import escape
 from tbatch import __version__
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import ANY_WHEELSET, Estimate
-from tbatch.campaign.estimates.estimate import shown
 from tbatch.campaign.estimates.extremes import ExtremeFit
 from tbatch.campaign.limits import stored_limits
 from tbatch.campaign.provenance import versions
@@ -35,7 +34,9 @@ _HEADLINE = (
     ("separated", "separation.probability"),
     ("probability", "separation.probability"),
     ("per km", "separation.per_km"),
-    ("longest", "separation.duration.max"),
+    ("share of time\n[-]", "separation.share"),
+    ("longest\n[ms]", "separation.duration.max"),
+    ("longest\n[mm]", "separation.length.max"),
     ("largest gap\n[mm]", "separation.gap.max"),
     ("min Q/Q0,\nmedian run", "load_ratio.min.p50"),
     ("max Q/Q0,\n95 % of runs", "load_ratio.max.p95"),
@@ -94,21 +95,33 @@ def _varied(campaign: Campaign) -> str:
 
 def headline(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) -> str:
     """A row for each speed, any wheelset, and one for the campaign."""
-    titles = ["speed [km/h]", "runs", *(title for title, _ in _HEADLINE)]
-    rows = [[f"{KMH * speed:.4g}", *_cells(found[case, ANY_WHEELSET])] for case, speed in enumerate(campaign.speeds)]
+    titles = ["speed\n[km/h]", "diverged", "runs", *(title for title, _ in _HEADLINE)]
+    diverged = diverged_of(campaign)
+    rows = [
+        [f"{KMH * speed:.4g}", str(diverged[case]), *_cells(found[case, ANY_WHEELSET])]
+        for case, speed in enumerate(campaign.speeds)
+    ]
     if len(campaign.speeds) > 1:
-        rows.append(["all", *_cells(whole)])
+        rows.append(["all", str(campaign.diverged), *_cells(whole)])
     note = (
-        '<p class="note">Below each: its 95 % interval; "open" where the runs are too few for an end. The row of all'
+        '<p class="note">Diverged runs are left out. Below each: its 95 % interval; "open" where the runs are too few for an end. The row of all'
         " speeds counts samples, each with its runs at all speeds. A separation is a contact force of zero; 20 Hz"
         " values are EN 14363's and know no separations.</p>"
     )
     return table_html(titles, rows) + note
 
 
+def diverged_of(campaign: Campaign) -> list[int]:
+    """Diverged runs of each speed."""
+    counts = [0] * len(campaign.speeds)
+    for shard, entry in campaign.store.manifest.shards.items():
+        counts[shard.case] += entry["diverged"]
+    return counts
+
+
 def by_wheelset(campaign: Campaign, found: Table) -> str:
     """A row for each speed and wheelset."""
-    titles = ["speed [km/h]", "wheelset", "runs", *(title for title, _ in _HEADLINE)]
+    titles = ["speed\n[km/h]", "wheelset", "runs", *(title for title, _ in _HEADLINE)]
     rows = [
         [f"{KMH * speed:.4g}", str(wheel), *_cells(found[case, wheel])]
         for case, speed in enumerate(campaign.speeds)
@@ -266,8 +279,7 @@ def _cells(numbers: Mapping[str, Estimate]) -> list[str]:
         if one is None or math.isnan(one.value):
             cells.append("-")
         elif name.endswith(".max"):
-            gap = one.unit == "m"
-            cells.append(f"{1e3 * one.value:.3g}" if gap else shown(one.value, one.unit))
+            cells.append(f"{1e3 * one.value:.3g}")  # milliseconds or millimetres
         else:
             cells.append(f"{_plain(one.value, 3)}\n{_plain(one.low, 3)} to {_plain(one.high, 3)}")
     return cells
