@@ -104,7 +104,9 @@ def typed_commands():
                 yield from ((name, words) for words in (commands_of(line) if "tbatch " in line else ()))
 
 
-@pytest.mark.parametrize(("name", "words"), [*typed_commands()], ids=lambda value: value if isinstance(value, str) else " ".join(value))
+@pytest.mark.parametrize(
+    ("name", "words"), [*typed_commands()], ids=lambda value: value if isinstance(value, str) else " ".join(value)
+)
 def test_each_command_in_the_docs_is_one_that_the_command_line_knows(name, words):
     if words[0].startswith("--"):
         assert words[0] == "--install-completion"

@@ -20,7 +20,7 @@ from tbatch.campaign.manifest import Manifest
 from tbatch.campaign.part import Part
 from tbatch.campaign.preparation import refuse_if_changed
 from tbatch.campaign.recordings import RECORDED_TOGETHER
-from tbatch.campaign.records import tables_of
+from tbatch.campaign.records import BatchResult, tables_of
 from tbatch.campaign.shards import Shard, missing_shards, take_batch
 from tbatch.campaign.stopping import StopRule
 from tbatch.campaign.store import RESOLVED_NAME, Store
@@ -170,7 +170,7 @@ def _trial(executor: Local, missing: Sequence[Shard], steps_a_run: float) -> _Tr
     pairs = [pair for shard in batch for pair in shard.pairs]
     step = scenario.document.integration.step
 
-    def timed(steps: int) -> tuple[object, float, float]:
+    def timed(steps: int) -> tuple[BatchResult, float, float]:
         began = time.perf_counter()
         runs, duration = scenario.runs(pairs)
         result = simulate(model, runs, np.minimum(duration, steps * step), threads=executor.threads)
@@ -179,8 +179,10 @@ def _trial(executor: Local, missing: Sequence[Shard], steps_a_run: float) -> _Tr
     timed(1)  # compiles
     _, few_seconds, few_steps = timed(8)
     result, seconds, steps = timed(8 + max(8, TRIAL_RUN_STEPS * executor.threads // len(pairs)))
-    rate = max(steps - few_steps, 1.0) / max(seconds - few_seconds, 1e-6)
-    tables = tables_of(scenario, batch, result)  # type: ignore[arg-type]
+    rate = result.run_steps_per_second
+    if steps - few_steps >= TRIAL_RUN_STEPS / 2 or not rate > 0.0:  # else the runs are too short to time a difference
+        rate = max(steps - few_steps, 1.0) / max(seconds - few_seconds, 1e-6)
+    tables = tables_of(scenario, batch, result)
     size = sum(len(table_bytes(table)) for of_kind in tables.values() for table in of_kind.values())
     return _Trial(len(pairs), rate, max(0.0, few_seconds - few_steps / rate) / len(pairs), seconds, size / len(pairs))
 

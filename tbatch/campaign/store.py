@@ -144,17 +144,22 @@ class Store:
             kernel_seconds: Time of it in the batch kernels, without preparation and compilation [s].
         """
         number = len(self.own.sessions) - 1 if session is None else session
-        self.own.shards.update({shard: {**entry, "session": number} for shard, entry in entries.items()})
+        new = {shard: {**entry, "session": number} for shard, entry in entries.items()}
+        self.own.shards.update(new)
         made_by = self.own.sessions[number]
         made_by["run_steps"] += run_steps
         made_by["seconds"] += seconds
         made_by["kernel_seconds"] += kernel_seconds
-        self.save()
+        self.save(new)
 
-    def save(self) -> None:
-        """Writes the manifest of this process."""
+    def save(self, new: Mapping[Shard, Mapping[str, Any]] | None = None) -> None:
+        """Writes the manifest of this process.
+
+        Args:
+            new: Entries of shards that came since it was last written; default: any may be new.
+        """
         if self.own is not self.manifest:
-            self.manifest.join(self.own)
+            self.manifest.join(self.own, new)
         self.own.write(self.folder, self.own_name)
 
     def table(self, kind: str, columns: Sequence[str] | None = None, case: int | None = None) -> pa.Table:

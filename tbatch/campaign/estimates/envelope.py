@@ -40,5 +40,6 @@ def envelope(x: NDArray[np.float64], values: NDArray[np.float64], shares: Sequen
     for share in shares:
         rows = np.array([quantile(column, share) for column in values.T]).reshape(-1, 3)
         curves[share] = Curve(x, rows[:, 0], rows[:, 1], rows[:, 2], len(values))
-    extremes = (np.nanmin(values, axis=0), np.nanmax(values, axis=0)) if len(values) else (x, x)
-    return Envelope(x, *extremes, curves)
+    if not len(values):
+        return Envelope(x, x, x, curves)
+    return Envelope(x, np.nanmin(values, axis=0), np.nanmax(values, axis=0), curves)

@@ -1,4 +1,4 @@
-"""Which varied numbers decide over separation: rank correlations and first-order shares of the variance, with intervals.
+"""Which varied numbers decide over separation: rank correlations and first-order shares of the variance.
 
 Both are estimated from the runs as they are. Designs made for Sobol's indices (A, B and A with a column of B) use each
 number in several runs, which are then no longer independent, and all other intervals here rest on that they are.

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tbatch.campaign.estimates import ANY_WHEELSET, Estimate
 from tbatch.view.report.drawing import Picture, drawing, log_bottom, svg_of, wheel_style
@@ -119,7 +120,7 @@ def by_estimate(
     return Picture(picture, title, caption, svg, COLUMNS, rows_of(table, speeds, [ANY_WHEELSET], list(names)))
 
 
-def _none_seen(axes: Any, x: Sequence[float], found: Sequence[Estimate], bottom: float, colour: Any) -> None:
+def _none_seen(axes: Any, x: NDArray[Any], found: Sequence[Estimate], bottom: float, colour: Any) -> None:
     """Where none was seen, an arrow down from the upper limit."""
     for at, one in zip(x, found, strict=True):
         if one.value == 0.0 and math.isfinite(one.high):

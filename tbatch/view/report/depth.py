@@ -152,18 +152,16 @@ def sensitivity_picture(speed: float, units: Units) -> tuple[Picture, list[Sensi
             axes.set_xlabel(label)
         figure.legend(*grid[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
         svg = svg_of(figure, "sensitivity", title)
-    rows = [
-        [one.varied, one.outcome, one.correlation, one.low, one.high, one.share, one.share_low, one.share_high, one.runs]
-        for one in found
-    ]
+    numbers = [field for _, fields, _ in panels for field in fields]
+    rows = [[one.varied, one.outcome, *(getattr(one, field) for field in numbers), one.runs] for one in found]
     caption = (
         "What any wheelset does in a run against each varied number. Left: rank correlation, which sees what rises or"
         " falls together (bars: 95 %, bootstrap over runs). Right: first-order Sobol index, the share of the variance"
-        " that the number alone explains, to whichever side it acts (bars: 95 %, regression on polynomials of its rank);"
+        " that the number alone explains, whichever way it acts (bars: 95 %, regression on polynomials of its rank);"
         " the rest is the irregularity's and that of numbers together."
     )
-    head = ("varied", "outcome", "rank correlation", "low (95 %)", "high (95 %)")
-    head += ("share of variance", "share low (95 %)", "share high (95 %)", "runs")
+    ends = ("low (95 %)", "high (95 %)")
+    head = ("varied", "outcome", "rank correlation", *ends, "share of variance", *ends, "runs")
     return Picture("sensitivity", title, caption, svg, head, rows), found
 
 

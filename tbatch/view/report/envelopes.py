@@ -48,9 +48,9 @@ def envelope_picture(campaign: Campaign, units: Mapping[int, Units]) -> Picture:
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
         svg = svg_of(figure, "envelopes", title)
     caption = (
-        f"Runs simulated again from their seeds, up to {MOST_RUNS} a speed: the smallest and largest of all, and what 5,"
-        " 50 and 95 % of them stay below at each place (bands: 95 %, order statistics over runs, pointwise; an end that"
-        " fewer than 59 runs leave open is not shaded). Left: raw contact force; zero is a separation."
+        f"Runs simulated again from their seeds, up to {MOST_RUNS} a speed: the smallest and largest of all, and what"
+        " 5, 50 and 95 % of them stay below at each place (bands: 95 %, order statistics over runs, pointwise; an end"
+        " that fewer than 59 runs leave open is not shaded). Left: raw contact force; zero is a separation."
     )
     if "rail" in quantities:
         caption += " Right: how far the rail under the wheelset is displaced, negative downwards."

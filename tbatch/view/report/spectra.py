@@ -65,7 +65,9 @@ def spectra_picture(loads: Series, accelerations: Series, step: float, marks: Ma
             for place, (what, values) in enumerate(series.items()):
                 data = third_octaves(values, step)
                 errors = [data[:, 1] - data[:, 2], data[:, 3] - data[:, 1]]
-                axes.errorbar(data[:, 0], data[:, 1], yerr=errors, elinewidth=0.8, **{**style_of(place + 1), "label": what})
+                axes.errorbar(
+                    data[:, 0], data[:, 1], yerr=errors, elinewidth=0.8, **{**style_of(place + 1), "label": what}
+                )
                 rows += [[what, *map(float, point), unit] for point in data]
             for what, frequency in marks.items():
                 axes.axvline(frequency, color="#777777", linewidth=0.8, linestyle=":")
@@ -81,12 +83,14 @@ def spectra_picture(loads: Series, accelerations: Series, step: float, marks: Ma
         " wheelset's Q/Q0, and bodies of the worst run. Bars: 95 % chi-square interval of the averaged periodograms,"
         " which takes the record for stationary."
     )
-    return Picture(name, title, caption, svg, ("what", "band centre [Hz]", "RMS", "low (95 %)", "high (95 %)", "unit"), rows)
+    return Picture(
+        name, title, caption, svg, ("what", "band centre [Hz]", "RMS", "low (95 %)", "high (95 %)", "unit"), rows
+    )
 
 
 def surface_picture(campaign: Campaign, units: Units) -> Picture | None:
     """Density of the running surfaces against the spectrum that they are drawn from; None without a spectrum."""
-    from scipy.signal import periodogram
+    from scipy.signal import detrend, periodogram
     from scipy.stats import chi2
 
     scenario = campaign.scenario
@@ -99,18 +103,18 @@ def surface_picture(campaign: Campaign, units: Units) -> Picture | None:
     x = np.arange(low, high, _SPACING)
     samples: Sequence[int] = [int(sample) for sample in units.sample[:MOST_SURFACES]]
     surfaces = np.array([scenario.irregularity(sample)(x) for sample in samples])
-    wavenumber, each = periodogram(surfaces, 1.0 / _SPACING, "hann", detrend="linear")
+    wavenumber, each = periodogram(detrend(surfaces), 1.0 / _SPACING, "hann")
     shortest, longest = section.wavelengths
     inside = (wavenumber >= max(1.0 / longest, 2.5 * wavenumber[1])) & (wavenumber <= 1.0 / shortest)
     wavenumber, density = wavenumber[inside], each[:, inside].mean(axis=0)
     freedom = 2.0 * len(samples)
-    bounds = [density * freedom / chi2.ppf(q, freedom) for q in (0.975, 0.025)]
+    low_end, high_end = (density * freedom / float(chi2.ppf(q, freedom)) for q in (0.975, 0.025))
     scale = 1.0 if section.scale is None else section.scale
     wanted = scale**2 * np.asarray(target(wavenumber), float)
     name, title = "irregularity", "Density of the irregularity"
     with drawing(height=3.2) as (figure, axes):
         axes.plot(wavenumber, density, color=WHEEL_COLOURS[0], linewidth=0.9, label=f"{len(samples)} samples")
-        band(axes, wavenumber, *bounds, WHEEL_COLOURS[0])
+        band(axes, wavenumber, low_end, high_end, WHEEL_COLOURS[0])
         axes.plot(wavenumber, wanted, color=ANY_COLOUR, linestyle="--", label=str(section.spectrum))
         if section.tail is not None and section.tail_from is not None:
             axes.axvline(section.tail_from, color=LIMIT_COLOUR, linewidth=0.8, linestyle=":")
@@ -130,7 +134,7 @@ def surface_picture(campaign: Campaign, units: Units) -> Picture | None:
     )
     if any(key.startswith("irregularity.") for key in campaign.records.varied):
         caption += " The samples vary in numbers of their own; the density asked for is the scenario's."
-    points = zip(wavenumber, density, *bounds, wanted, strict=True)
+    points = zip(wavenumber, density, low_end, high_end, wanted, strict=True)
     rows = [[*map(float, point), len(samples)] for point in points]
     head = ("wavenumber [1/m]", "density [m2/(1/m)]", "low (95 %)", "high (95 %)", "asked for", "samples")
     return Picture(name, title, caption, svg, head, rows)
