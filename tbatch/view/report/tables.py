@@ -105,8 +105,8 @@ def headline(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) ->
         rows.append(["all", str(campaign.diverged), *_cells(whole)])
     note = (
         '<p class="note">Diverged runs are left out. Below each: its 95 % interval; "open" where the runs are too few'
-        " for an end. The row of all speeds counts samples, each with its runs at all speeds. A separation is a contact force of zero; 20 Hz"
-        " values are EN 14363's and know no separations.</p>"
+        " for an end. The row of all speeds counts samples, each with its runs at all speeds. A separation is a contact"
+        " force of zero; 20 Hz values are EN 14363's and know no separations.</p>"
     )
     return table_html(titles, rows) + note
 
