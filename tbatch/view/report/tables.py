@@ -7,6 +7,7 @@ from html import escape
 from tbatch import __version__
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import ANY_WHEELSET, Estimate
+from tbatch.campaign.estimates.estimate import shown
 from tbatch.campaign.estimates.extremes import ExtremeFit
 from tbatch.campaign.limits import stored_limits
 from tbatch.campaign.provenance import versions
@@ -31,12 +32,10 @@ __all__ = [
 
 KMH = 3.6
 _HEADLINE = (
-    ("separated", "separation.probability"),
     ("probability", "separation.probability"),
     ("per km", "separation.per_km"),
-    ("share of time\n[-]", "separation.share"),
-    ("longest\n[ms]", "separation.duration.max"),
-    ("longest\n[mm]", "separation.length.max"),
+    ("of the time\n[%]", "separation.share"),
+    ("longest", "separation.duration.max"),
     ("largest gap\n[mm]", "separation.gap.max"),
     ("min Q/Q0,\nmedian run", "load_ratio.min.p50"),
     ("max Q/Q0,\n95 % of runs", "load_ratio.max.p95"),
@@ -95,14 +94,12 @@ def _varied(campaign: Campaign) -> str:
 
 def headline(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) -> str:
     """A row for each speed, any wheelset, and one for the campaign."""
-    titles = ["speed\n[km/h]", "diverged", "runs", *(title for title, _ in _HEADLINE)]
-    diverged = diverged_of(campaign)
-    rows = [
-        [f"{KMH * speed:.4g}", str(diverged[case]), *_cells(found[case, ANY_WHEELSET])]
-        for case, speed in enumerate(campaign.speeds)
-    ]
+    titles = ["speed\n[km/h]", "separated\nof runs", *(title for title, _ in _HEADLINE)]
+    rows = [[f"{KMH * speed:.4g}", *_cells(found[case, ANY_WHEELSET])] for case, speed in enumerate(campaign.speeds)]
+    for row, diverged in zip(rows, diverged_of(campaign), strict=True):
+        row[1] += f"\n{diverged} diverged" if diverged else ""
     if len(campaign.speeds) > 1:
-        rows.append(["all", str(campaign.diverged), *_cells(whole)])
+        rows.append(["all", *_cells(whole)])
     note = (
         '<p class="note">Diverged runs are left out. Below each: its 95 % interval; "open" where the runs are too few'
         " for an end. The row of all speeds counts samples, each with its runs at all speeds. A separation is a contact"
@@ -121,7 +118,7 @@ def diverged_of(campaign: Campaign) -> list[int]:
 
 def by_wheelset(campaign: Campaign, found: Table) -> str:
     """A row for each speed and wheelset."""
-    titles = ["speed\n[km/h]", "wheelset", "runs", *(title for title, _ in _HEADLINE)]
+    titles = ["speed\n[km/h]", "wheelset", "separated\nof runs", *(title for title, _ in _HEADLINE)]
     rows = [
         [f"{KMH * speed:.4g}", str(wheel), *_cells(found[case, wheel])]
         for case, speed in enumerate(campaign.speeds)
@@ -273,16 +270,28 @@ def limit_lines(campaign: Campaign) -> dict[str, list[float]]:
 
 def _cells(numbers: Mapping[str, Estimate]) -> list[str]:
     first = numbers["separation.probability"]
-    cells = [str(first.runs), str(first.count)]
-    for _, name in _HEADLINE[1:]:
+    cells = [f"{first.count} of {first.runs}"]
+    for _, name in _HEADLINE:
         one = numbers.get(name)
         if one is None or math.isnan(one.value):
             cells.append("-")
         elif name.endswith(".max"):
-            cells.append(f"{1e3 * one.value:.3g}")  # milliseconds or millimetres
+            cells.append(f"{1e3 * one.value:.3g}" if one.unit == "m" else _longest(one, numbers))
+        elif name == "separation.share":
+            cells.append(_with_interval(one, 1e2))
         else:
-            cells.append(f"{_plain(one.value, 3)}\n{_plain(one.low, 3)} to {_plain(one.high, 3)}")
+            cells.append(_with_interval(one))
     return cells
+
+
+def _longest(one: Estimate, numbers: Mapping[str, Estimate]) -> str:
+    """The longest separation in time, and below it the longest in length."""
+    length = numbers.get("separation.length.max")
+    return shown(one.value, one.unit) + (f"\n{length.value:.3g} m" if length is not None else "")
+
+
+def _with_interval(one: Estimate, factor: float = 1.0) -> str:
+    return f"{_plain(factor * one.value, 3)}\n{_plain(factor * one.low, 3)} to {_plain(factor * one.high, 3)}"
 
 
 def _plain(value: float, digits: int = 4) -> str:
