@@ -156,8 +156,8 @@ class Scenario:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what decides the results: the resolved tables without ``campaign.runs`` and file paths."""
-        tables = self.resolved()
+        """SHA-256 of what decides the results: all tables but ``campaign.runs``, file paths, [limits] and [keep]."""
+        tables = {name: table for name, table in self.resolved().items() if name not in ("keep", "limits")}
         del tables["campaign"]["runs"]
         tables["irregularity"].get("measured", {}).pop("file", None)
         for name in FILES:
