@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tbatch.physics.defects import Flat
+from tbatch.physics.endless_waves import EndlessWaves
 from tbatch.physics.level import Level, read_level
 from tbatch.physics.partition import extend, overlay
 from tbatch.physics.profile import Profile
@@ -66,18 +67,16 @@ class Irregularity:
             tail: n for S ∝ f⁻ⁿ from `tail_from` on; None for the formula alone.
             tail_from: where the tail takes over [cycle/m]; None for the spectrum's own.
             scale: multiplies r (the amplitude; the density grows with its square).
-            period: the span that all wheels visit must be shorter [m].
+            period: the span that all wheels visit must be shorter [m]; inf for a line without end, on which independent
+                realisations are blended (`tbatch.physics.endless_waves`).
             amplitudes: "fixed" gives every sample the same variance; "rayleigh" draws a_k from a Rayleigh distribution
                 with the same mean square, which makes r Gaussian.
         """
+        density = Density(name, tail, tail_from)
+        if period == math.inf:
+            return cls((EndlessWaves.drawn(density, wavelengths, seed, sample, scale, amplitudes),))
         waves = Waves.drawn(
-            Density(name, tail, tail_from),
-            wavelengths,
-            seed=seed,
-            sample=sample,
-            scale=scale,
-            period=period,
-            amplitudes=amplitudes,
+            density, wavelengths, seed=seed, sample=sample, scale=scale, period=period, amplitudes=amplitudes
         )
         return cls((waves,))
 
