@@ -17,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from tbatch.engine.footprint import bytes_per_run
 from tbatch.engine.model import Model
 from tbatch.engine.prepare import Preparation
 from tbatch.engine.rows import LANES, LANES_VARIABLE
 from tbatch.engine.runs import Runs
-from tbatch.engine.simulate import bytes_per_run, simulate
+from tbatch.engine.simulate import simulate
 from tbatch.numerics.pattern import RowPattern
 from tbatch.numerics.scipy_run import ScipyRun
 from tbatch.numerics.scipy_track import ScipyTrack

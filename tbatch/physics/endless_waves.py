@@ -24,7 +24,7 @@ from tbatch.physics.waves import KNOTS_PER_WAVE, Waves, checked_band
 FloatArray = NDArray[np.float64]
 
 CELLS_PER_WAVE = 10.0
-"""a cell holds at least as many of the longest waves; the blur then changes a density that falls as f⁻³ by 0.5 % there"""
+"""a cell holds at least as many of the longest waves; the blur then adds 0.5 % to a density that falls as f⁻³ there"""
 CELL_UNIT = 256.0
 """cells are whole multiples of this [m]"""
 

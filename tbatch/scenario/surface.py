@@ -126,7 +126,8 @@ def check_surface(surface: Surface, fastest: float, step: float, findings: Findi
             )
     span = passage.high - passage.low
     # The surface of an endless track is made piece by piece.
-    if not surface.endless and section.wavelengths is not None and (knots := 20.0 * span / section.wavelengths[0]) > _MOST_KNOTS:
+    held = 0.0 if surface.endless else span
+    if section.wavelengths is not None and (knots := 20.0 * held / section.wavelengths[0]) > _MOST_KNOTS:
         findings.refuse(
             ("irregularity", "wavelengths", 0),
             f"needs {knots:.3g} points along the line",

@@ -357,7 +357,8 @@ def test_a_long_campaign_needs_no_more_memory_or_files_than_a_short_one():
 
 MANY = """
 from tbatch.engine.runs import Runs
-from tbatch.engine.simulate import bytes_per_run, simulate
+from tbatch.engine.footprint import bytes_per_run
+from tbatch.engine.simulate import simulate
 from tbatch.scenario import Scenario
 scenario = Scenario.load("quick")
 runs, _ = scenario.runs([(0, sample % 4) for sample in range(40_000)])
