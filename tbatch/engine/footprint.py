@@ -18,12 +18,13 @@ RUN_STEPS_A_CHUNK = 100_000
 
 _EVENTS_TOUCHED = 8  # of a wheel and chunk: the log has room for more, which takes memory once it is written
 _OBJECTS = 4000.0  # bytes of Python objects of a run while its batch is made
+_MAKING = 10e6  # bytes, whatever the number of runs: transforms of which the pieces of endless surfaces are made
 _TABLE_COLUMNS = 20  # numbers of a wheel's row in the summary beside its statistics
 
 
 @dataclass(frozen=True)
 class Footprint:
-    """Memory of a simulation by what it is for [bytes a run]."""
+    """Memory of a simulation by what it is for [bytes a run], that of the model and the process left out."""
 
     state: float
     """Track, vehicle and contact, of a run of a batch."""
@@ -31,12 +32,14 @@ class Footprint:
     """Accumulators, of a run of a batch."""
     surface: float
     """Irregularity, of a run of a batch: its spline and the kernels' copy of it; on an endless track two pieces."""
-    chunk: float
-    """Event log and sample buffer of a launch, of a run of a batch."""
+    events: float
+    """Log of separations, as far as a launch fills it, of a run of a batch."""
     histories: float
     """Saved channels, of every run of the simulation."""
     results: float
     """Statistics until the end and the tables made of them, of every run of the simulation."""
+    once: float
+    """Sample buffer of a launch and work space, whatever the number of runs [bytes]."""
 
     @classmethod
     def of(
@@ -61,22 +64,22 @@ class Footprint:
         if save is not None:
             width, every = sum(channel_widths(model, save).values()), every_steps(save.every, model.step)
             points = len(save.rail_at) * len(save.channels)
-        launch = longest_chunk(steps, batch)
         rows = at.outputs + 2 * points + 3 * model.track.node_count * model.track.node_dofs
-        events = 8.0 * wheels * EVENT_COLUMNS * min(launch // 2 + 2, _EVENTS_TOUCHED)
+        samples = longest_chunk(steps, batch) // every + 1 if every else 0
         return cls(
             state=8.0 * rows + 4.0 * (whole - wheels * statistics.counters) + _OBJECTS,
             statistics=own,
             surface=surface,
-            chunk=events + (8.0 * width * (launch // every + 1) if every else 0.0),
+            events=8.0 * wheels * EVENT_COLUMNS * min(steps // 2 + 2, _EVENTS_TOUCHED),
             histories=8.0 * width * (steps // every + 1) if every else 0.0,
             results=2.0 * own + 8.0 * wheels * _TABLE_COLUMNS,
+            once=8.0 * width * samples * _lanes(batch) + (_MAKING if surface and model.window.period else 0.0),
         )
 
     @property
     def stepped(self) -> float:
         """What a run takes while its batch is stepped [bytes]."""
-        return self.state + self.statistics + self.surface + self.chunk
+        return self.state + self.statistics + self.surface + self.events
 
     @property
     def kept(self) -> float:
@@ -90,8 +93,7 @@ class Footprint:
             runs: All its runs.
             batch: Runs that are stepped together.
         """
-        lanes = -(-min(runs, batch) // LANES) * LANES
-        return runs * self.kept + lanes * self.stepped
+        return self.once + runs * self.kept + _lanes(min(runs, batch)) * self.stepped
 
 
 def footprint(model: "Model", runs: "Runs", duration: ArrayLike, *, save: "SaveAt | None" = None) -> Footprint:
@@ -127,7 +129,12 @@ def surface_bytes(inputs: "RunInputs", counted: set[int]) -> float:
 
 def longest_chunk(steps: int, batch: int) -> int:
     """Most steps of a launch, for runs of at most `steps` steps of which `batch` are stepped together."""
-    return max(1, min(steps, RUN_STEPS_A_CHUNK // (-(-batch // LANES) * LANES)))
+    return max(1, min(steps, RUN_STEPS_A_CHUNK // _lanes(batch)))
+
+
+def _lanes(runs: int) -> int:
+    """Lanes of the blocks that so many runs fill."""
+    return -(-runs // LANES) * LANES
 
 
 def bytes_per_run(model: "Model", profile_bytes: float = 0.0) -> float:
