@@ -77,7 +77,7 @@ def simulate(
     waiting = np.lexsort([runs.start, runs.speed, -steps])
     limit = MEMORY_SHARE * available_memory() if memory is None else memory
     for members, inputs in _batches(preparation, waiting.tolist(), needs.stepped, limit):
-        most = longest_chunk(longest, len(inputs)) if chunk is None else max(1, min(longest, chunk))
+        most = longest_chunk(longest, len(inputs), threads) if chunk is None else max(1, min(longest, chunk))
         states = _starts(preparation, histories, members, inputs)
         batch = Batch(model, inputs, states, collected.statistics, spare_rows=histories.probe_rows_needed, chunk=most)
         # What the batch was made of is not needed while it is stepped.
@@ -124,7 +124,7 @@ def _refuse_too_much(needs: Footprint, runs: int) -> None:
     free = available_memory()
     if runs * needs.kept > free:
         raise MemoryError(
-            f"histories and results of {runs} runs need {runs * needs.kept / 1e6:,.0f} MB, {free / 1e6:,.0f} MB are "
+            f"histories and results of {runs} runs need {runs * needs.kept / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are "
             "free: save fewer channels or fewer samples (save.every), or simulate fewer runs at a time"
         )
 

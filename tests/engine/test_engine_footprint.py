@@ -27,13 +27,14 @@ def resident(key):
     return 1024.0 * int(next(line for line in open("/proc/self/status") if line.startswith(key)).split()[1])
 tb.simulate(model, runs_of(16), 2e-4, save=save, threads=1)
 runs = runs_of(int(count))
-needs = footprint(model, runs, steps * 1e-4, save=save)
+needs = footprint(model, runs, steps * 1e-4, save=save, threads=1)
+batch = min(int(count), int(memory / needs.stepped)) if memory else int(count)
+needs = footprint(model, runs, steps * 1e-4, save=save, batch=batch, threads=1)
 gc.collect()
 ctypes.CDLL("libc.so.6").malloc_trim(0)
 open("/proc/self/clear_refs", "w").write("5")  # the peak so far is forgotten
 before = resident("VmRSS")
 tb.simulate(model, runs, steps * 1e-4, save=save, memory=memory or None, threads=1)
-batch = min(int(count), int(memory / needs.stepped)) if memory else int(count)
 print(needs.peak(int(count), batch), resident("VmHWM") - before)
 """
 
@@ -42,17 +43,15 @@ print(needs.peak(int(count), batch), resident("VmHWM") - before)
 @pytest.mark.parametrize(
     ("count", "steps", "every", "endless", "memory"),
     [
-        (1024, 10, 0.0, 0, 0.0),
-        (256, 1200, 0.0, 0, 0.0),
-        (64, 1500, 1e-4, 0, 0.0),
-        (1024, 100, 2e-4, 0, 0.0),
-        (256, 1500, 0.0, 1, 0.0),
-        (32, 6000, 1e-4, 1, 0.0),
-        (2048, 3, 0.0, 0, 20e6),
+        pytest.param(1024, 10, 0.0, 0, 0.0, id="many runs"),
+        pytest.param(64, 1500, 1e-4, 0, 0.0, id="long histories"),
+        pytest.param(256, 1200, 0.0, 0, 0.0, id="long lines", marks=pytest.mark.slow),
+        pytest.param(1024, 100, 2e-4, 0, 0.0, id="histories of many", marks=pytest.mark.slow),
+        pytest.param(128, 12000, 0.0, 1, 0.0, id="endless", marks=pytest.mark.slow),
+        pytest.param(32, 6000, 1e-4, 1, 0.0, id="endless with histories", marks=pytest.mark.slow),
+        pytest.param(1024, 3, 0.0, 0, 10e6, id="batch after batch", marks=pytest.mark.slow),
     ],
-    ids=["many runs", "long lines", "long histories", "histories of many", "endless", "endless with histories",
-         "batch after batch"],
-)  # fmt: skip
+)
 def test_the_memory_counted_is_within_a_quarter_of_the_measured_peak(count, steps, every, endless, memory):
     words = [str(value) for value in (count, steps, every, endless, memory)]
     path = os.pathsep.join(entry for entry in sys.path if entry)
@@ -65,15 +64,15 @@ def test_the_memory_counted_is_within_a_quarter_of_the_measured_peak(count, step
     )
     assert child.returncode == 0, child.stderr
     counted, measured = (float(word) for word in child.stdout.split())
-    # The issue of a plan is to fit: a quarter is what is asked; the allocator's own rounding takes some per cent of it.
+    # What is left to a quarter is the allocator's: pages of 2 MB, freed blocks that it keeps.
     assert counted == pytest.approx(measured, rel=0.25)
 
 
 def test_what_cannot_be_kept_is_refused_before_anything_is_stepped(monkeypatch):
-    monkeypatch.setattr(simulate_module, "available_memory", lambda: 1e6)
+    monkeypatch.setattr(simulate_module, "available_memory", lambda: 1e5)
     runs = Runs(np.full(8, 30.0), start=4.0)
     steps = []
-    with pytest.raises(MemoryError, match=r"histories and results of 8 runs need 3\d* MB, 1 MB are free.*save\.every"):
+    with pytest.raises(MemoryError, match=r"histories and results of 8 runs need 0.3 MB, 0.1 MB are free.*save\.every"):
         simulate(case(), runs, 0.5, save=SaveAt(case().step), progress=steps.append)
     assert steps == []
 
@@ -87,13 +86,15 @@ def test_a_footprint_counts_shared_surfaces_once_and_grows_with_what_is_saved():
     assert saved.peak(10, 10) > bare.peak(10, 10) > 10 * bare.stepped
 
 
-def test_an_error_of_the_start_names_the_run():
-    from tbatch.physics.irregularity import Irregularity
+def test_an_error_of_the_start_names_the_run(monkeypatch):
+    from tbatch.engine import prepare
 
-    # A step of the rail under a wheel that its suspension cannot follow statically.
-    cliff = Irregularity.cosines(0.0, 1e6)
-    with pytest.raises(ValueError, match=r"run 1: no static equilibrium at start = 4 m"):
-        simulate(case(), Runs([30.0, 30.0], [None, cliff], 4.0), 0.01)
+    def none(inputs, ground):
+        raise ValueError(f"no static equilibrium at start = {inputs.start:g} m")
+
+    monkeypatch.setattr(prepare, "static_state", none)
+    with pytest.raises(ValueError, match=r"run 1: no static equilibrium at start = 6 m"):
+        simulate(case(), Runs([30.0, 40.0], start=[4.0, 6.0]), [0.01, 0.02])
 
 
 def test_each_run_is_prepared_once_however_many_batches_there_are(monkeypatch):

@@ -88,7 +88,7 @@ def _one_model(model: Model, runs: int, threads: int, say: Callable[[str], None]
     table.add("track, vehicle and contact [kB/run of a batch]", needs.state / 1e3)
     table.add("statistics [kB/run of a batch]", needs.statistics / 1e3)
     table.add("irregularity, with the kernels' copy [kB/run of a batch]", needs.surface / 1e3)
-    table.add("results until the end [kB/run]", needs.results / 1e3)
+    table.add("results until the end [kB/run]", (needs.collected + needs.tables) / 1e3)
     return table
 
 
