@@ -15,6 +15,7 @@ They decay fast away from the diagonal; the radius is taken from the computed bl
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -163,8 +164,9 @@ def _product(block: np.ndarray, x: np.ndarray) -> np.ndarray:
     return total
 
 
+@lru_cache(maxsize=8)
 def factorise(track: Track, scheme: TwoStep) -> FactorisedTrack:
-    """Factorise a track for one step length.
+    """Factorise a track for one step length; the last few stay known, for models that differ in other things only.
 
     Args:
         track: The track; a rigid one gives empty tables.
