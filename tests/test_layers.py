@@ -14,7 +14,7 @@ LAYERS = ("physics", "numerics", "engine", "methods", "scenario", "campaign", "v
 """From the bottom up; each may use what stands before it."""
 HEAVY = ("taichi", "rerun", "matplotlib", "pyarrow", "pydantic", "scipy", "pint")
 HOMES = {
-    "taichi": ("tbatch.engine.kernels", "tbatch.engine.runtime"),
+    "taichi": ("tbatch.engine.kernels", "tbatch.engine.runtime", "tbatch.engine.frontend"),
     "rerun": ("tbatch.view.timeline",),
     "matplotlib": ("tbatch.view",),
 }

@@ -58,15 +58,10 @@ def newmark_linear(
     Raises:
         ValueError: If an input is out of range.
     """
-    scheme = Newmark(float(step))
-    system, state, steps = prepare(vehicle, track, linear_of(contact), speed, irregularity, start, duration, step,
-                                    initial, local_compliance)  # fmt: skip
-
-    def method() -> Method:
-        frozen = FrozenContact(system.inputs.rest.constants)
-        return NewmarkMethod(CoupledRun(system, state, frozen, refactor=refactor), scheme)
-
-    return carry_out(system, method, steps, scheme.step, save)
+    return hht_alpha(
+        vehicle, track, contact, speed=speed, irregularity=irregularity, start=start, duration=duration, step=step,
+        initial=initial, save=save, local_compliance=local_compliance, refactor=refactor, alpha=0.0,
+    )  # fmt: skip
 
 
 def newmark_hertz(
