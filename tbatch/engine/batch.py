@@ -58,6 +58,8 @@ class Batch:
         self.at = MemoryRows.of(vehicle.dof_count, vehicle.wheel_count, rates)
         self.seat = seats([course_of(one) for one in inputs])
         blocks = int(self.seat.max()) // LANES + 1
+        self._run = np.full((blocks, LANES), -1)  # of each lane, -1 where it is spare
+        self._run[self.seat // LANES, self.seat % LANES] = np.arange(self.count)
         wheels = vehicle.wheel_count
         self.spare = self.at.outputs + wheels * statistics.rows
         self.memory = aligned_zeros((blocks, self.spare + spare_rows, LANES))
@@ -129,9 +131,7 @@ class Batch:
 
     def _fill_spare_lanes(self) -> None:
         """Copy a block's first run into its spare lanes, so that nothing there is out of range; none is stepped."""
-        used = np.zeros(len(self.memory) * LANES, bool)
-        used[self.seat] = True
-        for block, lane in np.argwhere(~used.reshape(-1, LANES)):
+        for block, lane in np.argwhere(self._run < 0):
             for array in (self.memory, self.marks, self.displacement, self.velocity, self.load):
                 array[block, :, lane] = array[block, :, 0]
             self.memory[block, self.at.active, lane] = 0.0
@@ -144,10 +144,7 @@ class Batch:
     def _place_surfaces(self) -> None:
         """Tell every lane where its irregularity stands."""
         # A spare lane takes the first lane's, which is always used.
-        run = np.full(len(self.memory) * LANES, -1)
-        run[self.seat] = np.arange(self.count)
-        run = run.reshape(-1, LANES)
-        places = self.surfaces.rail[np.where(run < 0, run[:, :1], run)]
+        places = self.surfaces.rail[np.where(self._run < 0, self._run[:, :1], self._run)]
         self.marks[:, MARKS.profile : MARKS.profile + 2] = places.swapaxes(1, 2)
 
     def _pack_statistics(self, statistics: Statistics, step: float) -> None:
@@ -185,9 +182,7 @@ class Batch:
             return np.empty((0, 2 + EVENT_COLUMNS))
         written = np.arange(self.events.shape[2])[:, None] < counts[:, :, None, :]
         block, wheel, place, lane = np.nonzero(written)
-        run = np.zeros(len(self.memory) * LANES, np.int64)
-        run[self.seat] = np.arange(self.count)
-        taken = np.column_stack([run[block * LANES + lane], wheel, self.events[block, wheel, place, :, lane]])
+        taken = np.column_stack([self._run[block, lane], wheel, self.events[block, wheel, place, :, lane]])
         self.marks[:, rows] = 0
         return taken
 
