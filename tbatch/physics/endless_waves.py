@@ -7,7 +7,7 @@ is. So independent realisations ρ₀, ρ₁, ... are blended. Within cell k, fr
 
 The squares of the weights add up to one, so the variance is that of the spectrum at every place, and the correlation
 of two places a distance d apart is the spectrum's times the cosine of the difference of their θ, which differs from
-one by 1.4 (d/L)² on the average. In wavenumbers that is a blur of 0.28/L (standard deviation). Each ρ is needed over
+one by 1.5 (d/L)² on the average. In wavenumbers that is a blur of 0.27/L (standard deviation). Each ρ is needed over
 2L only, which is its period.
 """
 

@@ -68,7 +68,7 @@ def test_a_long_line_has_the_density_it_was_drawn_from():
 
 
 def test_the_blur_of_the_density_is_as_small_as_stated():
-    # The mean over a cell of w(x)·w(x + d), summed over both weights, against 1 - 1.4 (d/L)², from the weights alone.
+    # The mean over a cell of w(x)·w(x + d), summed over both weights, against 1 - 1.5 (d/L)², from the weights alone.
     s = np.linspace(0.0, 2.0, 20_001)[:-1]
 
     def weights(s):
