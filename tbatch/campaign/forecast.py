@@ -98,7 +98,7 @@ def forecast(scenario: "Scenario", folder: Path, *, threads: int | None = None, 
     trial = _trial(executor, missing, run_steps / runs)
     start = time.perf_counter() - began - trial.seconds
     batch = min(executor.batch_limit(trial.rate, run_steps / runs), runs)
-    per_run = _bytes_per_run(executor)
+    per_run = _bytes_per_run(executor, steps[0])
     memory = _peak() + max(0, batch - trial.runs) * per_run
     if scenario.keep.worst or scenario.keep.runs:
         memory += VIEWER_LIBRARY + RECORDED_TOGETHER * _history_bytes(executor, max(steps))
@@ -187,14 +187,16 @@ def _trial(executor: Local, missing: Sequence[Shard], steps_a_run: float) -> _Tr
     return _Trial(len(pairs), rate, max(0.0, few_seconds - few_steps / rate) / len(pairs), seconds, size / len(pairs))
 
 
-def _bytes_per_run(executor: Local) -> float:
-    from tbatch.engine.simulate import bytes_per_run
+def _bytes_per_run(executor: Local, steps: int) -> float:
+    """What each run of a batch adds to the memory of the trial, the run table with its waves included."""
+    from tbatch.engine.footprint import Footprint, surface_bytes
+    from tbatch.engine.prepare import Preparation
 
-    scenario = executor.scenario
-    runs, duration = scenario.runs([(0, 0)])
-    low = float(runs.start[0] - executor.model.vehicle.wheel_offsets.max())
-    profile = scenario.irregularity(0).profile(low, float(runs.start[0] + runs.speed[0] * duration[0]))
-    return bytes_per_run(executor.model, profile.coefficient.nbytes)
+    scenario, model = executor.scenario, executor.model
+    runs, _ = scenario.runs([(0, 0)])
+    first = Preparation(model, runs, np.array([steps]), "static").inputs(0)
+    needs = Footprint.of(model, steps=steps, surface=surface_bytes(first, set()))
+    return needs.stepped + needs.kept
 
 
 def _history_bytes(executor: Local, steps: int) -> float:

@@ -33,7 +33,7 @@ class Histories:
 
     def __init__(self, model: Model, save: SaveAt | None, steps: np.ndarray) -> None:
         self.model, self.save = model, save
-        self.every_steps = 0 if save is None else _every_steps(save.every, model.step)
+        self.every_steps = 0 if save is None else every_steps(save.every, model.step)
         self.time: np.ndarray = np.zeros(0)
         self.channels: dict[str, np.ndarray] = {}
         self._layers: list[str] = []
@@ -47,7 +47,7 @@ class Histories:
         samples = int(steps.max()) // self.every_steps + 1
         self.time = np.arange(samples) * self.every_steps * model.step
         self._plan(save)
-        widths = self._widths(save)
+        widths = channel_widths(model, save)
         for name in save.channels:
             self.channels[name] = np.full((len(steps), samples, widths[name]), np.nan)
 
@@ -84,20 +84,6 @@ class Histories:
             if wanted:
                 self.sample_rows[channel] = self._width
                 self._width += width
-
-    def _widths(self, save: SaveAt) -> dict[str, int]:
-        dofs, wheels, points = self.model.vehicle.dof_count, self.model.vehicle.wheel_count, len(save.rail_at)
-        return {
-            "contact_force": wheels,
-            "vehicle": dofs,
-            "vehicle_acceleration": dofs,
-            "irregularity": wheels,
-            "rail_under_wheel": wheels,
-            "rail": points,
-            "rail_acceleration": points,
-            "slab": points,
-            "base": points,
-        }
 
     @property
     def probe_rows_needed(self) -> int:
@@ -160,7 +146,8 @@ class Histories:
             stop = end if alive[place] else min(end, int(completed[place]) // every + 1)
             if stop <= begin:
                 continue
-            taken = samples[place // LANES, : stop - begin, :, place % LANES]
+            seat = int(batch.seat[place])
+            taken = samples[seat // LANES, : stop - begin, :, seat % LANES]
             for name, history in self.channels.items():
                 row, width = self._rows_of(name), history.shape[2]
                 history[run, begin:stop] = taken[:, row : row + width]
@@ -182,12 +169,20 @@ class Histories:
         return int(self.sample_rows[channel])
 
 
+def channel_widths(model: Model, save: SaveAt) -> dict[str, int]:
+    """Numbers in a sample of each saved channel."""
+    dofs, wheels, points = model.vehicle.dof_count, model.vehicle.wheel_count, len(save.rail_at)
+    width = dict.fromkeys(("contact_force", "irregularity", "rail_under_wheel"), wheels)
+    width |= dict.fromkeys(("vehicle", "vehicle_acceleration"), dofs)
+    return {name: width.get(name, points) for name in save.channels}
+
+
 def history_points(save: SaveAt | None) -> int:
     """Number of points at which layers are saved."""
     return 0 if save is None else len(save.rail_at)
 
 
-def _every_steps(every: float, step: float) -> int:
+def every_steps(every: float, step: float) -> int:
     """Samples apart in steps.
 
     Raises:

@@ -15,6 +15,7 @@ They decay fast away from the diagonal; the radius is taken from the computed bl
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
@@ -181,8 +182,9 @@ def factor_of(matrix: TrackMatrix, pinned: np.ndarray) -> BlockFactor | SparseFa
     return SparseFactor.of(matrix, pinned)
 
 
+@lru_cache(maxsize=8)
 def factorise(track: Line, scheme: TwoStep) -> FactorisedTrack | FactorisedSparse:
-    """Factorise a track for one step length.
+    """Factorise a track for one step length; the last few stay known, for models that differ in other things only.
 
     Args:
         track: The track; a rigid one gives empty tables.

@@ -6,6 +6,7 @@ a pulse in the middle of a line, against a line of twice the length.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -48,8 +49,9 @@ class Window:
         return 0 if self.period == 0.0 else int(np.floor((position - self.home) / self.period)) + 1
 
 
+@lru_cache(maxsize=8)
 def make_window(track: Line, wheelbase: float, tolerance: float) -> tuple[Line, Window]:
-    """The line that is stepped in place of an endless track.
+    """The line that is stepped in place of an endless track; the last few stay known, as the measurement takes seconds.
 
     Args:
         track: The endless track.
@@ -57,7 +59,8 @@ def make_window(track: Line, wheelbase: float, tolerance: float) -> tuple[Line, 
         tolerance: Largest echo accepted, relative to the pulse [-].
 
     Returns:
-        The line and how it follows the vehicle.
+        The line and how it follows the vehicle. The echo is the largest difference that the ends make to the deflection
+        under the pulse, relative to its peak.
 
     Raises:
         ValueError: If no margin up to the longest tried is enough.
@@ -67,8 +70,14 @@ def make_window(track: Line, wheelbase: float, tolerance: float) -> tuple[Line, 
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"window_tolerance = {tolerance!r}: a number between 0 and 1 (exclusive) is required")
     echo = np.inf
+    responses: dict[float, np.ndarray] = {}
     for margin in MARGINS:
-        echo = _echo(track, margin)
+        # Twice one margin is often another.
+        for length in (margin, 2.0 * margin):
+            if length not in responses:
+                responses[length] = _pulse_response(track, length)
+        near, far = responses[margin], responses[2.0 * margin]
+        echo = float(np.abs(near - far).max() / np.abs(far).max())
         if echo <= tolerance:
             break
     else:
@@ -79,12 +88,6 @@ def make_window(track: Line, wheelbase: float, tolerance: float) -> tuple[Line, 
     period = track.period * track.element_length
     line = track.window(2.0 * margin + wheelbase + period)
     return line, Window(period, track.period, margin + wheelbase + period, margin, echo)
-
-
-def _echo(track: Line, margin: float) -> float:
-    """Largest difference that ends at `margin` make to the deflection under a pulse, relative to its peak."""
-    near, far = (_pulse_response(track, length) for length in (margin, 2.0 * margin))
-    return float(np.abs(near - far).max() / np.abs(far).max())
 
 
 def _pulse_response(track: Line, margin: float) -> np.ndarray:

@@ -115,7 +115,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
             irregularity = irregularity.model_copy(update={"measured": measured})
         sections["irregularity"] = irregularity
     if passage and irregularity and campaign and speed and integration:
-        surface = Surface(irregularity, passage, campaign.seed, level)
+        surface = Surface(irregularity, passage, campaign.seed, level, endless=track is not None and track.endless)
         check_surface(surface, max(speed.range), integration.step, findings)
         if campaign.runs > 1 and not irregularity.is_random and not sections.get("vary") and not speed.distribution:
             findings.warn(

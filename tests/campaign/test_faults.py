@@ -342,7 +342,8 @@ def test_the_estimated_memory_is_within_a_quarter_of_the_measured_peak(tmp_path,
 
 MANY = """
 from tbatch.engine.runs import Runs
-from tbatch.engine.simulate import bytes_per_run, simulate
+from tbatch.engine.footprint import bytes_per_run
+from tbatch.engine.simulate import simulate
 from tbatch.scenario import Scenario
 scenario = Scenario.load("quick")
 runs, _ = scenario.runs([(0, sample % 4) for sample in range(40_000)])
