@@ -59,7 +59,7 @@ def run(
 ) -> None:
     """Run a scenario's campaign, or what is missing of it, and print its separation statistics."""
     if arch != "cpu":
-        _not_yet("--arch other than cpu")
+        _not_yet("--arch other than cpu (docs/speed.md says why)")
     if dry_run and (live or serve):
         say("--dry-run runs nothing that --live or --serve could show")
         raise typer.Exit(exit_codes.BAD_USAGE)

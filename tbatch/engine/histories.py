@@ -11,10 +11,12 @@ from tbatch.engine.batch import Batch
 from tbatch.engine.model import Model
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import SaveAt
-from tbatch.numerics.factorization import BlockFactor
+from tbatch.numerics.factorization import BlockFactor, factor_of
+from tbatch.numerics.inertia import inertia
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.rows import hermite_at
+from tbatch.numerics.rows import shape_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factor import SparseFactor
 
 LAYERS = ("rail", "slab", "base")
 
@@ -50,7 +52,7 @@ class Histories:
 
     def __init__(self, model: Model, save: SaveAt | None, steps: np.ndarray) -> None:
         self.model, self.save = model, save
-        self.every_steps = 0 if save is None else _every_steps(save.every, model.step)
+        self.every_steps = 0 if save is None else every_steps(save.every, model.step)
         self.time: np.ndarray = np.zeros(0)
         self.channels: dict[str, np.ndarray] = {}
         self._rows: dict[int, int] = {}
@@ -58,7 +60,7 @@ class Histories:
         self.probe_rows, self.probe_shape = np.zeros((0, 2), np.int32), np.zeros((0, 4))
         self.sample_rows = np.full(channel_rows.CHANNELS, -1, np.int32)
         self._width = 0
-        self._mass_factor: BlockFactor | None = None
+        self._mass_factor: BlockFactor | SparseFactor | None = None
         if save is None:
             return
         saved = range(len(steps)) if save.runs is None else save.runs
@@ -69,7 +71,7 @@ class Histories:
         samples = max((int(steps[run]) for run in saved), default=0) // self.every_steps + 1
         self.time = np.arange(samples) * self.every_steps * model.step
         self._plan(save)
-        widths = self._widths(save)
+        widths = channel_widths(model, save)
         for name in save.channels:
             self.channels[name] = np.full((len(saved), samples, widths[name]), np.nan)
 
@@ -88,10 +90,9 @@ class Histories:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
         if self._layers:
             track.locate(save.rail_at)
-            element, _, shape = hermite_at(save.rail_at, track.element_length, track.element_count)
-            first = [element * track.node_dofs + track.layers[layer][0] for layer in self._layers]
-            near = np.concatenate(first)
-            self.probe_rows = np.stack([near, near + track.node_dofs], axis=1).astype(np.int32)
+            element, _, shape = shape_at(track, np.asarray(save.rail_at, float))
+            rows = np.concatenate([track.layer_rows(element, layer) for layer in self._layers])
+            self.probe_rows = np.ascontiguousarray(rows[:, [0, 2]].astype(np.int32))
             self.probe_shape = np.tile(shape, (len(self._layers), 1))
         dofs, wheels = self.model.vehicle.dof_count, self.model.vehicle.wheel_count
         plans = (
@@ -108,37 +109,18 @@ class Histories:
                 self.sample_rows[channel] = self._width
                 self._width += width
 
-    def _widths(self, save: SaveAt) -> dict[str, int]:
-        dofs, wheels, points = self.model.vehicle.dof_count, self.model.vehicle.wheel_count, len(save.rail_at)
-        return {
-            "contact_force": wheels,
-            "vehicle": dofs,
-            "vehicle_acceleration": dofs,
-            "irregularity": wheels,
-            "rail_under_wheel": wheels,
-            "rail": points,
-            "rail_acceleration": points,
-            "slab": points,
-            "base": points,
-        }
-
     @property
     def probe_rows_needed(self) -> int:
         """Rows of lane memory for the accelerations of the probes."""
         return 2 * len(self.probe_rows)
 
-    def saved_first(self, members: list[int]) -> list[int]:
-        """The runs of a batch by whole blocks, those that hold a saved run first: the others are not sampled."""
-        cuts = range(0, len(members) - len(members) % LANES, LANES)
-        blocks = [members[cut : cut + LANES] for cut in cuts]
-        blocks.sort(key=lambda block: not any(run in self._rows for run in block))
-        # A last block that is not full stays the last, or all blocks after it would lose their order.
-        return [*(run for block in blocks for run in block), *members[len(blocks) * LANES :]]
+    def places_of_saved(self, members: list[int]) -> list[int]:
+        """Places in a batch of the saved runs, whose blocks come first: the others are not sampled."""
+        return [place for place, run in enumerate(members) if run in self._rows]
 
-    def buffer(self, members: list[int], chunk: int) -> np.ndarray:
+    def buffer(self, members: list[int], batch: Batch, chunk: int) -> np.ndarray:
         """Room for the samples of one chunk, shape (block, sample, row, lane), for the blocks that hold saved runs."""
-        saved = [place // LANES for place, run in enumerate(members) if run in self._rows]
-        blocks = max(saved, default=0) + 1
+        blocks = max((int(batch.seat[place]) // LANES for place in self.places_of_saved(members)), default=0) + 1
         slots = chunk // self.every_steps + 1 if self.every_steps else 1
         return aligned_zeros((blocks, slots, max(self._width, 1), LANES))
 
@@ -164,7 +146,7 @@ class Histories:
             first[layer] = self._probes(number, state.track)
         if "rail_acceleration" in self.channels:
             if self._mass_factor is None:
-                self._mass_factor = BlockFactor.of(track.mass.diagonal, track.mass.lower, track.pinned)
+                self._mass_factor = factor_of(*inertia(track))
             load = np.einsum("ndw,w->nd", model.ground.loads(positions), state.force)
             load -= track.stiffness.dot(state.track) + track.damping.dot(state.track_velocity)
             first["rail_acceleration"] = self._probes(self._layers.index("rail"), self._mass_factor.solve(load))
@@ -195,7 +177,8 @@ class Histories:
             stop = end if alive[place] else min(end, int(completed[place]) // every + 1)
             if stop <= begin:
                 continue
-            taken = samples[place // LANES, : stop - begin, :, place % LANES]
+            seat = int(batch.seat[place])
+            taken = samples[seat // LANES, : stop - begin, :, seat % LANES]
             for name, history in self.channels.items():
                 row, width = self._rows_of(name), history.shape[2]
                 history[self._rows[run], begin:stop] = taken[:, row : row + width]
@@ -227,12 +210,20 @@ class Histories:
         return int(self.sample_rows[channel])
 
 
+def channel_widths(model: Model, save: SaveAt) -> dict[str, int]:
+    """Numbers in a sample of each saved channel."""
+    dofs, wheels, points = model.vehicle.dof_count, model.vehicle.wheel_count, len(save.rail_at)
+    width = dict.fromkeys(("contact_force", "irregularity", "rail_under_wheel"), wheels)
+    width |= dict.fromkeys(("vehicle", "vehicle_acceleration"), dofs)
+    return {name: width.get(name, points) for name in save.channels}
+
+
 def history_points(save: SaveAt | None) -> int:
     """Number of points at which layers are saved."""
     return 0 if save is None else len(save.rail_at)
 
 
-def _every_steps(every: float, step: float) -> int:
+def every_steps(every: float, step: float) -> int:
     """Samples apart in steps.
 
     Raises:

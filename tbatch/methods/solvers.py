@@ -12,7 +12,7 @@ from tbatch.numerics.newmark import Newmark, NewmarkMethod
 from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
 from tbatch.numerics.two_step_run import TwoStepMethod
 from tbatch.physics.contact import Contact
-from tbatch.physics.track import Track
+from tbatch.physics.line import Line
 from tbatch.physics.vehicle import Vehicle
 
 HHT_ALPHA = -0.1
@@ -21,7 +21,7 @@ HHT_ALPHA = -0.1
 
 def newmark_linear(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,
@@ -66,7 +66,7 @@ def newmark_linear(
 
 def newmark_hertz(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,
@@ -118,7 +118,7 @@ def newmark_hertz(
 
 def hht_alpha(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,
@@ -168,7 +168,7 @@ def hht_alpha(
 
 def two_step(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,

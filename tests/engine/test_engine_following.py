@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from engine_cases import corrugation, model
 
-from tbatch.engine.histories import Histories
+from tbatch.engine.footprint import Footprint
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt
+from tbatch.engine.seating import blocks_first, seats
 from tbatch.engine.simulate import simulate
 
 COUNT = 2 * LANES + 3  # two whole blocks and one that is not full
@@ -63,14 +64,25 @@ def test_pieces_of_a_batch_that_memory_cuts_in_two_are_of_the_runs_that_are_step
         np.testing.assert_array_equal(told, everything.contact_force[run, : len(told)])
 
 
-def test_only_the_blocks_that_hold_saved_runs_are_sampled_and_no_other_is_taken_apart(of):
-    histories = Histories(of, SaveAt(of.step, runs=(LANES + 4, LANES + 5)), np.full(COUNT, 40))
-    order = histories.saved_first(list(range(COUNT)))
-    assert order == [*range(LANES, 2 * LANES), *range(LANES), *range(2 * LANES, COUNT)]
-    assert len(histories.buffer(order, 10)) == 1
-    last = Histories(of, SaveAt(of.step, runs=(COUNT - 1,)), np.full(COUNT, 40))
-    assert last.saved_first(list(range(COUNT))) == list(range(COUNT))
-    assert len(last.buffer(list(range(COUNT)), 10)) == 3
+def test_the_blocks_of_chosen_runs_come_first_and_no_block_is_taken_apart():
+    seat = seats(["slow"] * (2 * LANES) + ["fast"] * (LANES + 3))
+    moved = blocks_first(seat, [LANES + 1, 2 * LANES + 5])
+    assert moved[LANES + 1] // LANES == 0
+    assert moved[2 * LANES + 5] // LANES == 1
+    together = seat[:, None] // LANES == seat // LANES
+    np.testing.assert_array_equal(moved[:, None] // LANES == moved // LANES, together)
+    np.testing.assert_array_equal(moved % LANES, seat % LANES)
+    np.testing.assert_array_equal(blocks_first(seat, []), seat)
+
+
+def test_histories_of_few_runs_need_room_for_few(of, table, monkeypatch):
+    few, every = (SaveAt(of.step, runs=runs) for runs in ((3,), None))
+    needs = Footprint.of(of, save=every, steps=80)
+    room = COUNT * (needs.kept - needs.histories) + 2 * needs.histories
+    monkeypatch.setattr("tbatch.engine.simulate.available_memory", lambda: room)
+    with pytest.raises(MemoryError, match="histories"):
+        simulate(of, table, DURATION, save=every, threads=1, memory=1e9)
+    assert len(simulate(of, table, DURATION, save=few, threads=1, memory=1e9).contact_force) == 1
 
 
 def test_runs_that_cannot_be_saved_are_refused(of, table):
