@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tbatch.engine.result import Result
     from tbatch.engine.runs import SaveAt
     from tbatch.physics.track import Track
+    from tbatch.scenario import Scenario
 
 LAYERS = ("rail", "slab", "base")
 LINE_SPACING = 0.02  # between drawn places of the irregularity [m]
@@ -128,8 +129,21 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
             "force_max_kN": 1e-3 * float(np.max(summary["force_max"].to_numpy())),
             "step_ms": 1e3 * campaign.step,
         },
+        parameters=_parameters(scenario),
         **optional,
     )
+
+
+def _parameters(scenario: Scenario) -> dict[str, str]:
+    """What was simulated: the model as it describes itself, and what the scenario says of the rail and the run."""
+    told = [line.split("  ", 1) for line in scenario.model().describe().splitlines()]
+    found = {name: value.strip() for name, value in (line for line in told if len(line) == 2)}
+    resolved = scenario.resolved()
+    for table in ("irregularity", "run"):
+        for name, value in resolved.get(table, {}).items():
+            if value not in (None, [], {}):
+                found[f"{table}.{name}"] = str(value)
+    return found
 
 
 def _kept_places(campaign: Campaign) -> Array:

@@ -119,6 +119,8 @@ class RunRecord:
     # the run's separation events, columns as in Result.separations; None: read off `contact_force`
     properties: Mapping[str, str | int | float | bool] = field(default_factory=dict)
     # what the viewer lists and sorts runs by (speed, seed, status, counts, ...)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    # what was simulated, for the run sheet: vehicle, track, contact, irregularity, step, ...
     sheet: str | None = None  # the run sheet [markdown]; None: made from the properties and the separations
 
     def __post_init__(self) -> None:
@@ -164,6 +166,12 @@ class RunRecord:
         """Number of samples up to the run's end: histories are NaN after it."""
         ended = np.flatnonzero(~np.isfinite(self.contact_force).all(axis=1))
         return int(ended[0]) if len(ended) else len(self.time)
+
+    @property
+    def speed(self) -> float:
+        """Mean speed of the run [m/s]."""
+        last = self.samples - 1
+        return float(self.position[last] - self.position[0]) / float(self.time[last] - self.time[0])
 
     @property
     def wheel_position(self) -> Array:

@@ -81,7 +81,8 @@ def test_lines_never_average_their_samples(content):
 
     policy = rr.components.AggregationPolicy.MinMax.value
     plots = [entity for entity in content if "SeriesLines:names" in content[entity]]
-    assert {"/force", "/rail_deflection", "/irregularity", "/displacement", "/acceleration"} == set(plots)
+    expected = {"force", "rail_deflection", "slab_deflection", "irregularity", "displacement", "acceleration"}
+    assert {f"/{name}" for name in (*expected, "wheel_acceleration")} == set(plots)
     for entity in plots:
         assert content[entity]["SeriesLines:aggregation_policy"] == [[policy]]
 

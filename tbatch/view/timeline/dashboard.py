@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,14 @@ import rerun.blueprint as rrb
 from rerun.blueprint import encodings
 
 from tbatch.view import palette
+from tbatch.view.deflection import under_wheels
 from tbatch.view.record import Array, RunRecord
-from tbatch.view.scene import BASE_DEPTH, ROOF, Scene, under_wheels
+from tbatch.view.scene import BASE_DEPTH, ROOF, Scene
+from tbatch.view.timeline.canvas import Canvas
 from tbatch.view.timeline.clock import CHAINAGE, TIME
 from tbatch.view.timeline.side_view import ORIGIN
 
+View = rrb.View | rrb.Container
 WINDOW_TIME = 0.05  # shown before and after the cursor in close-ups [s]
 LEGEND = rrb.PlotLegend(corner=rrb.Corner2D.LeftTop)  # runs begin calmly: little is hidden
 NO_LEGEND = rrb.PlotLegend(visible=False)
@@ -24,36 +28,27 @@ POINTS_MAX = 2_000_000  # in one view: the software renderer needs half a minute
 VIEW_HEIGHT = 0.5206  # tangent of half the viewer's angle of view (55 degrees upright, rerun 0.41)
 
 
-def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
+def dashboard(record: RunRecord, scene: Scene, charts: Mapping[str, Canvas]) -> rrb.Blueprint:
     """Lay out the views of one run; views that have nothing to show are left out."""
     n = record.samples
-    under = under_wheels(record, scene.frames)
     top = max(FORCE_TOP, 1.05 * float(np.max(record.force_ratio[:n])))
     force_axis = rrb.ScalarAxis(range=(-0.05 * top, top), zoom_lock=True)
     whole, window = _whole(), _window(record)
+    lanes_share = 0.47 + 0.36 * record.wheel_count
 
     forces = _plot(force_overview(record), "Contact force Q/Q0, whole run", axis_y=force_axis, axis_x=whole)
-    lanes_share = 0.47 + 0.36 * record.wheel_count
-    left: list[tuple[float, rrb.View]] = [(3.2, _side_view(scene)), (2.0, forces), (lanes_share, _lanes(whole))]
-    if record.irregularity is not None:
-        level = 1e3 * record.irregularity[:n]
-        low, high = _span(level)  # a low plot shows few numbers on its axis: say the range in words
-        name = f"Irregularity under the wheels [mm], dip positive: {low:.2f} to {high:.2f}"
-        left.append((1.9, _plot("irregularity", name, axis_y=_axis(level), axis_x=whole, plot_legend=NO_LEGEND)))
+    left: list[tuple[float, View]] = [(3.2, _pictures(scene, charts)), (2.0, forces), (lanes_share, _lanes(whole))]
+    motions = _motions(record, whole)
+    if motions:
+        left.append((1.9, rrb.Tabs(*motions)))
 
     name = f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms"
     close = _plot("force", name, axis_y=force_axis, time_ranges=window, plot_legend=NO_LEGEND)
-    right: list[tuple[float, rrb.View | rrb.Container]] = [(1.9, close)]
-    if under is not None:
-        name, axis = "Rail under the wheels [mm], down positive", _axis(1e3 * under)
-        rail = _plot("rail_deflection", name, axis_y=axis, time_ranges=window, plot_legend=NO_LEGEND)
-        right.append((1.4, rail))
-    tabs: list[rrb.View] = [rrb.TextDocumentView(origin="/sheet", name="Run sheet")]
-    if record.vehicle is not None:
-        tabs.append(_plot("displacement", "Vehicle [mm], down positive", axis_x=whole))
-    if record.vehicle_acceleration is not None:
-        tabs.append(_plot("acceleration", "Vehicle [m/s²]", axis_x=whole))
-    right += [(1.5, _events()), (2.2, rrb.Tabs(*tabs))]
+    right: list[tuple[float, View]] = [(1.9, close)]
+    layers = _layers(record, scene, window)
+    if layers:
+        right.append((1.4, rrb.Tabs(*layers)))
+    right += [(1.5, _events()), (2.2, rrb.TextDocumentView(origin="/sheet", name="Run sheet"))]
 
     return rrb.Blueprint(
         rrb.Horizontal(
@@ -67,13 +62,58 @@ def dashboard(record: RunRecord, scene: Scene) -> rrb.Blueprint:
             timeline=TIME,
             play_state="paused",
             playback_speed=SLOW_MOTION,
-            fps=1e3 * _speed(record),
+            fps=1e3 * record.speed,
         ),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
         auto_layout=False,
         auto_views=False,
     )
+
+
+def _pictures(scene: Scene, charts: Mapping[str, Canvas]) -> View:
+    """The side view, and behind it what is looked at less often."""
+    tabs: list[View] = [_side_view(scene)]
+    if "track" in charts:
+        tabs.append(charts["track"].view("Deflection along the track [mm], seen from wheel 1 [m]"))
+    spectra = {"force_spectrum": "Contact force [kN²/Hz]", "irregularity_spectrum": "Irregularity [mm²/Hz]"}
+    drawn = [charts[name].view(title) for name, title in spectra.items() if name in charts]
+    if drawn:
+        tabs.append(rrb.Horizontal(*drawn, name="Spectra"))
+    return rrb.Tabs(*tabs) if len(tabs) > 1 else tabs[0]
+
+
+def _motions(record: RunRecord, whole: rrb.TimeAxis) -> list[View]:
+    """What is plotted over the whole run below the forces."""
+    tabs: list[View] = []
+    if record.irregularity is not None:
+        level = 1e3 * record.irregularity[: record.samples]
+        low, high = _span(level)  # a low plot shows few numbers on its axis: say the range in words
+        name = f"Irregularity under the wheels [mm], dip positive: {low:.2f} to {high:.2f}"
+        tabs.append(_plot("irregularity", name, axis_y=_axis(level), axis_x=whole, plot_legend=NO_LEGEND))
+    sprung = any(body.kind != "wheelset" for body in record.bodies)
+    wheelsets = sum(body.kind == "wheelset" for body in record.bodies)
+    if sprung and record.vehicle is not None:
+        tabs.append(_plot("displacement", "Vehicle [mm], down positive", axis_x=whole))
+    if sprung and record.vehicle_acceleration is not None:
+        tabs.append(_plot("acceleration", "Acceleration of carbody and bogies [m/s²]", axis_x=whole))
+    if wheelsets == record.wheel_count and record.vehicle_acceleration is not None:
+        name = "Acceleration of the wheels [m/s²]"
+        tabs.append(_plot("wheel_acceleration", name, axis_x=whole, plot_legend=NO_LEGEND))
+    return tabs
+
+
+def _layers(record: RunRecord, scene: Scene, window: list[rr.VisibleTimeRange]) -> list[View]:
+    """Deflections under the wheels, round the cursor."""
+    tabs: list[View] = []
+    for layer in ("rail", "slab"):
+        under = under_wheels(record, scene.frames, layer)
+        if under is not None:
+            name = f"{layer.capitalize()} under the wheels [mm]"
+            axis = _axis(1e3 * under)
+            entity = f"{layer}_deflection"
+            tabs.append(_plot(entity, name, axis_y=axis, time_ranges=window, plot_legend=NO_LEGEND))
+    return tabs
 
 
 def force_overview(record: RunRecord) -> str:
@@ -105,14 +145,9 @@ def _whole() -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(start=boundary(), end=boundary()))
 
 
-def _speed(record: RunRecord) -> float:
-    last = record.samples - 1
-    return float(record.position[last] - record.position[0]) / float(record.time[last] - record.time[0])
-
-
 def _window(record: RunRecord) -> list[rr.VisibleTimeRange]:
     """Span a little round the cursor, on either timeline."""
-    travel = max(round(1e3 * _speed(record) * WINDOW_TIME), 1)
+    travel = max(round(1e3 * record.speed * WINDOW_TIME), 1)
     boundary = rr.TimeRangeBoundary.cursor_relative
     return [
         rr.VisibleTimeRange(TIME, start=boundary(seconds=-WINDOW_TIME), end=boundary(seconds=WINDOW_TIME)),
@@ -127,7 +162,11 @@ def _lanes(whole: rrb.TimeAxis) -> rrb.StateTimelineView:
 def _events() -> rrb.TextLogView:
     kind = encodings.TextLogColumnKind
     body = [encodings.TextLogColumn(kind.Body)]
-    return rrb.TextLogView(origin="/events", name="Separations", columns=rrb.TextLogColumns(text_log_columns=body))
+    return rrb.TextLogView(
+        origin="/events",
+        name="Separations: click a time to go there",
+        columns=rrb.TextLogColumns(text_log_columns=body),
+    )
 
 
 def _side_view(scene: Scene) -> rrb.Spatial3DView:

@@ -15,17 +15,23 @@ import pyarrow as pa
 import rerun as rr
 
 from tbatch.view import palette
+from tbatch.view.deflection import under_wheels
 from tbatch.view.record import Array, RunRecord, Separation
-from tbatch.view.scene import body_names, build_scene, under_wheels
+from tbatch.view.scene import body_names, build_scene
 from tbatch.view.sheet import run_sheet
 from tbatch.view.thinning import extremes, spaced_samples
 from tbatch.view.timeline import side_view
+from tbatch.view.timeline.charts import send_charts
 from tbatch.view.timeline.clock import Clock
 from tbatch.view.timeline.dashboard import POINTS_MAX, dashboard, force_overview
 
 APPLICATION = "tbatch"
-GRAIN = 2.0**-12  # plotted values are whole multiples of it, in the unit of the plot
-MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02  # least time [s] and way [m] between samples of slower motions
+GRAIN = 2.0**-12  # forces Q/Q0 are plotted in whole multiples of it
+FINENESS = 2.0**12  # grains in the largest value of any other plot, at least: pixels of a large screen
+MOTION_INTERVAL, MOTION_TRAVEL = (
+    0.5e-3,
+    0.02,
+)  # least time [s] and way [m] of slower motions; the slowest have half as many
 
 
 def _partial(path: Path) -> Path:
@@ -61,7 +67,7 @@ def write(record: RunRecord, path: Path) -> Path:
         # Fixed ids and no start time: a run written twice is the same recording.
         identity = f"{record.campaign}-{record.name}" if record.campaign else record.name
         with _heeded(), rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False) as stream:
-            stream.save(partial, default_blueprint=dashboard(record, scene))
+            stream.save(partial)
             stream.set_log_time_enabled(False)
             stream.send_recording_name(record.name)
             if record.properties:
@@ -70,6 +76,8 @@ def write(record: RunRecord, path: Path) -> Path:
             _histories(stream, record, clock)
             _contact(stream, record, clock)
             side_view.send(stream, record, scene, clock)
+            charts = send_charts(stream, record, scene, clock)
+            stream.send_blueprint(dashboard(record, scene, charts), make_active=True, make_default=True)
         shutil.move(partial, path)
     finally:
         partial.unlink(missing_ok=True)
@@ -106,27 +114,35 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
     time, position = np.asarray(record.time[:n]), np.asarray(record.position[:n])
     every = np.arange(n)
     fewer = spaced_samples(time, position, interval=MOTION_INTERVAL, travel=MOTION_TRAVEL)
+    slow = fewer[::2]
     wheels = [(f"wheel {j + 1}", palette.wheel_colour(j)) for j in range(record.wheel_count)]
     force = record.force_ratio[:n]
-    _series(stream, "force", wheels, clock.at(every), force)
+    _series(stream, "force", wheels, clock.at(every), force, GRAIN)
     overview = force_overview(record)
     if overview != "force":
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
         at, rows = extremes(force, blocks)
-        _series(stream, overview, wheels, clock.at(at), rows)
+        _series(stream, overview, wheels, clock.at(at), rows, GRAIN)
     under = under_wheels(record, fewer)
     if under is not None:
         _series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under)
+    slab = under_wheels(record, slow, "slab")
+    if slab is not None:
+        _series(stream, "slab_deflection", wheels, clock.at(slow), 1e3 * slab)
     if record.irregularity is not None:
         _series(stream, "irregularity", wheels, clock.at(fewer), 1e3 * record.irregularity[fewer])
     sprung = [body for body in record.bodies if body.kind != "wheelset"]
     dofs = [body.vertical_dof for body in sprung]
     looks = list(zip(body_names(sprung), palette.body_colours(len(sprung)), strict=True))
     if dofs and record.vehicle is not None:
-        _series(stream, "displacement", looks, clock.at(fewer), 1e3 * record.vehicle[fewer][:, dofs])
+        _series(stream, "displacement", looks, clock.at(slow), 1e3 * record.vehicle[slow][:, dofs])
     if dofs and record.vehicle_acceleration is not None:
-        at, rows = extremes(np.asarray(record.vehicle_acceleration)[:n, dofs], fewer)
+        at, rows = extremes(np.asarray(record.vehicle_acceleration)[:n, dofs], slow)
         _series(stream, "acceleration", looks, clock.at(at), rows)
+    unsprung = [body.vertical_dof for body in record.bodies if body.kind == "wheelset"]
+    if len(unsprung) == record.wheel_count and record.vehicle_acceleration is not None:
+        at, rows = extremes(np.asarray(record.vehicle_acceleration)[:n, unsprung], slow)
+        _series(stream, "wheel_acceleration", wheels, clock.at(at), rows)
 
 
 def _series(
@@ -135,6 +151,7 @@ def _series(
     looks: Sequence[tuple[str, palette.Colour]],
     times: Sequence[rr.TimeColumn],
     values: Array,
+    grain: float | None = None,
 ) -> None:
     """Send series that share their times as one entity: a third of the size of one entity each."""
     names, colours = [name for name, _ in looks], [colour for _, colour in looks]
@@ -142,14 +159,21 @@ def _series(
     # MinMax, or the viewer averages the samples of a pixel and a separation vanishes (rerun 0.41 default).
     lines = rr.SeriesLines(names=names, colors=colours, widths=[1.3] * count, aggregation_policy="MinMax")
     stream.log(entity, lines, static=True, strict=True)
-    columns = rr.Scalars.columns(scalars=_shortened(values).ravel()).partition(np.full(len(values), count))
+    short = _shortened(values, grain or _grain(values))
+    columns = rr.Scalars.columns(scalars=short.ravel()).partition(np.full(len(values), count))
     stream.send_columns(entity, times, columns, strict=True)
 
 
-def _shortened(values: Array) -> Array:
-    """Round to whole multiples of GRAIN, away from zero so that only zero is zero: short fractions pack better."""
-    scaled = np.asarray(values, float) / GRAIN
-    return np.copysign(np.ceil(np.abs(scaled)), scaled) * GRAIN
+def _grain(values: Array) -> float:
+    """A power of two that no eye tells from nothing beside the largest of the values."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    return 2.0 ** np.ceil(np.log2(largest / FINENESS / 2.0)) if largest > 0.0 else 1.0
+
+
+def _shortened(values: Array, grain: float) -> Array:
+    """Round to whole multiples of a grain, away from zero so that only zero is zero: short fractions pack better."""
+    scaled = np.asarray(values, float) / grain
+    return np.copysign(np.ceil(np.abs(scaled)), scaled) * grain
 
 
 def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
@@ -165,7 +189,7 @@ def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> Non
         states = dict(sorted(changes, key=lambda change: change[0]))  # the later of two at one time wins
         look = rr.StateConfiguration(
             values=["contact", "separated"],
-            labels=["contact", "off"],
+            labels=[" ", "off"],  # an empty one is replaced by the value (rerun 0.41)
             colors=[palette.CONTACT, palette.WARNING],
         )
         entity = f"contact/wheel_{j + 1}"
