@@ -75,7 +75,7 @@ def build_scene(record: RunRecord) -> Scene:
     """Place everything for every picture of a run."""
     frames = choose_frames(record)
     factor = choose_exaggeration(record, frames)
-    reach = (-float(np.max(record.wheel_offsets)) - MARGIN, MARGIN)
+    reach = reach_of(record)
     lines = track_lines(record, frames, factor, reach)
     surface = running_surface(record, frames, factor, reach)
     bodies = drawn_bodies(record, frames, factor)
@@ -95,6 +95,11 @@ def build_scene(record: RunRecord) -> Scene:
         gap=gaps(record, frames),
         reach=reach,
     )
+
+
+def reach_of(record: RunRecord) -> tuple[float, float]:
+    """First and last x in view [m]."""
+    return -float(np.max(record.wheel_offsets)) - MARGIN, MARGIN
 
 
 def choose_frames(record: RunRecord) -> Samples:
