@@ -127,7 +127,7 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
             "separations": int(np.sum(summary["separations"].to_numpy())),
             "longest_ms": 1e3 * float(np.max(summary["longest"].to_numpy())),
             "force_max_kN": 1e-3 * float(np.max(summary["force_max"].to_numpy())),
-            "step_ms": 1e3 * campaign.step,
+            "step_ms": 1e3 * model.step,
         },
         parameters=_parameters(scenario),
         **optional,

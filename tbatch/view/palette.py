@@ -45,6 +45,11 @@ def wheel_colour(wheel: int) -> Colour:
     return WHEELS[wheel % len(WHEELS)]
 
 
+def run_colour(run: int) -> Colour:
+    """Colour of one of several runs, the first one near white; after eight they repeat."""
+    return WHEELS[(4, 1, 0, 2, 3, 5, 6, 7)[run % len(WHEELS)]]
+
+
 def body_colours(count: int) -> list[Colour]:
     """Colours of the sprung bodies, carbody first."""
     return [BODIES[k % len(BODIES)] for k in range(count)]

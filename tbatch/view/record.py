@@ -190,7 +190,7 @@ class RunRecord:
         The table knows the exact step even where the histories are sampled coarsely; the histories know the part
         before statistics begin. A stretch without force that overlaps no row of the table is added to it.
         """
-        found = [] if self.separations is None else [_event(row) for row in self.separations.to_pylist()]
+        found = [] if self.separations is None else [separation_of(row) for row in self.separations.to_pylist()]
         for stretch in self._stretches():
             if not any(
                 e.wheel == stretch.wheel and e.start <= stretch.end and stretch.start <= e.end for e in found
@@ -210,7 +210,7 @@ class RunRecord:
         return found
 
 
-def _event(row: Mapping[str, float | bool]) -> Separation:
+def separation_of(row: Mapping[str, float | bool]) -> Separation:
     """Read one row of the separation table, where wheels count from 1."""
     return Separation(
         wheel=int(row["wheel"]) - 1,

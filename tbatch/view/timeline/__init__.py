@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tbatch.view.overlay import Overlay
 from tbatch.view.record import RunRecord
 
-__all__ = ["write_recording"]
+__all__ = ["write_overlay", "write_recording"]
 
 
 def write_recording(record: RunRecord, path: str | Path) -> Path:
@@ -28,3 +29,10 @@ def write_recording(record: RunRecord, path: str | Path) -> Path:
     from tbatch.view.timeline.recording import write
 
     return write(record, Path(path))
+
+
+def write_overlay(overlay: Overlay, path: str | Path) -> Path:
+    """Write responses on the same axes as one .rrd file; otherwise as ``write_recording``."""
+    from tbatch.view.timeline.overlay_recording import write
+
+    return write(overlay, Path(path))

@@ -15,12 +15,13 @@ from tbatch.view.timeline.clock import Clock
 
 LANES = "contact"
 EVENTS = "events"
+SHORTEST = 1 / 300  # of a run: a lane's separations are drawn at least that long, or the viewer leaves them out
 
 
 def send_lane(
     stream: rr.RecordingStream, lane: str, events: Sequence[Separation], clock: Clock, *, ends: tuple[float, float]
 ) -> None:
-    """Send one wheel's lane.
+    """Send one wheel's lane: separations start when they do and end when they do, but for the shortest.
 
     Args:
         stream: The recording.
@@ -29,11 +30,14 @@ def send_lane(
         clock: Stamps its times.
         ends: First and last time of the run [s].
     """
+    least = (ends[1] - ends[0]) * SHORTEST
     changes: list[tuple[float, str]] = [(ends[0], "contact")]
     for event in events:
+        end = max(event.end, event.start + least)
         changes.append((event.start, "separated"))
-        if event.end < ends[1] or not event.censored:
-            changes.append((event.end, "contact"))
+        hidden = any(event.start < other.start <= end for other in events)
+        if not hidden and end < ends[1]:
+            changes.append((end, "contact"))
     states = dict(sorted(changes, key=lambda change: change[0]))  # the later of two at one time wins
     look = rr.StateConfiguration(
         values=["contact", "separated"],
@@ -104,13 +108,13 @@ def sentence(event: Separation) -> str:
     return ", ".join(parts)
 
 
-def lanes_view(whole: rrb.TimeAxis) -> rrb.StateTimelineView:
+def lanes_view(whole: rrb.TimeAxis, origin: str = LANES) -> rrb.StateTimelineView:
     """All lanes over the whole run."""
-    return rrb.StateTimelineView(origin=f"/{LANES}", name="Contact; off the rail in red", time_view=whole)
+    return rrb.StateTimelineView(origin=f"/{origin}", name="Off the rail in red, the shortest widened", time_view=whole)
 
 
-def events_view() -> rrb.TextLogView:
+def events_view(origin: str = EVENTS) -> rrb.TextLogView:
     """The log of events. A click on a row's time moves the time cursor, one on its text does not (rerun 0.41)."""
     body = [encodings.TextLogColumn(encodings.TextLogColumnKind.Body)]
     columns = rrb.TextLogColumns(text_log_columns=body)
-    return rrb.TextLogView(origin=f"/{EVENTS}", name="Separations: click a time to go there", columns=columns)
+    return rrb.TextLogView(origin=f"/{origin}", name="Separations: click a time to go there", columns=columns)

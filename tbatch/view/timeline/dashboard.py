@@ -11,7 +11,7 @@ from tbatch.view.record import RunRecord
 from tbatch.view.scene import BASE_DEPTH, ROOF, reach_of
 from tbatch.view.timeline.canvas import Canvas
 from tbatch.view.timeline.contact import events_view, lanes_view
-from tbatch.view.timeline.layout import POINTS_MAX, WINDOW_TIME, View, close_up, framed, plot, stacked, tabbed, whole
+from tbatch.view.timeline.layout import POINTS_MAX, View, close_up, framed, plot, stacked, tabbed, whole
 from tbatch.view.timeline.side_view import ORIGIN
 
 VIEW_HEIGHT = 0.5206  # tangent of half the viewer's angle of view (55 degrees upright, rerun 0.41)
@@ -29,7 +29,7 @@ def dashboard(record: RunRecord, charts: Mapping[str, Canvas]) -> rrb.Blueprint:
     motions = _motions(record)
     if motions:
         left.append((1.9, tabbed(motions)))
-    right: list[tuple[float, View]] = [(1.9, close_up("force", f"Q/Q0, ±{1e3 * WINDOW_TIME:.0f} ms"))]
+    right: list[tuple[float, View]] = [(1.9, close_up("force", "Q/Q0 at the cursor"))]
     layers = _layers(record)
     if layers:
         right.append((1.4, tabbed(layers)))
@@ -77,7 +77,7 @@ def _layers(record: RunRecord) -> list[View]:
         "slab": record.slab is not None,
     }
     return [
-        close_up(f"{layer}_deflection", f"{layer.capitalize()} under the wheels [mm]")
+        close_up(f"{layer}_deflection", f"{layer.capitalize()} under the wheels [mm], at the cursor")
         for layer, there in known.items()
         if there
     ]

@@ -6,6 +6,7 @@ Recordings of one application share a layout in the viewer, and a catalogue of r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import rerun as rr
@@ -56,7 +57,7 @@ def stacked(parts: list[tuple[float, View]]) -> rrb.Vertical:
     return rrb.Vertical(*(view for _, view in parts), row_shares=[share for share, _ in parts])
 
 
-def tabbed(views: list[View]) -> View:
+def tabbed(views: Sequence[View]) -> View:
     """Views behind each other; one alone needs no tabs."""
     return rrb.Tabs(*views) if len(views) > 1 else views[0]
 
