@@ -77,7 +77,7 @@ def _layers(record: RunRecord) -> list[View]:
         "slab": record.slab is not None,
     }
     return [
-        close_up(f"{layer}_deflection", f"{layer.capitalize()} under the wheels [mm], at the cursor")
+        close_up(f"{layer}_deflection", f"{layer.capitalize()} under the wheels [mm]")
         for layer, there in known.items()
         if there
     ]

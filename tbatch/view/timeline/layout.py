@@ -13,6 +13,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from tbatch.view.timeline.clock import CHAINAGE, TIME
+from tbatch.view.timeline.series import RANGES
 
 View = rrb.View | rrb.Container
 WINDOW_TIME = 0.05  # shown before and after the cursor in close-ups [s]
@@ -29,9 +30,12 @@ def plot(entity: str, name: str, *, legend: bool = True, **options: Any) -> rrb.
     return rrb.TimeSeriesView(origin=f"/{entity}", name=name, plot_legend=LEGEND if legend else NO_LEGEND, **options)
 
 
-def close_up(entity: str, name: str) -> rrb.TimeSeriesView:
-    """A plot of a window at the cursor."""
-    return rrb.TimeSeriesView(origin=f"/{entity}", name=name, plot_legend=NO_LEGEND, time_ranges=window())
+def close_up(entity: str, name: str, share: float = 1.0) -> rrb.TimeSeriesView:
+    """A plot of a window at the cursor, or of a share of the usual one."""
+    contents = [f"/{entity}/**", f"/{RANGES}/{entity}/**"]
+    return rrb.TimeSeriesView(
+        origin="/", contents=contents, name=name, plot_legend=NO_LEGEND, time_ranges=window(share)
+    )
 
 
 def whole() -> rrb.TimeAxis:
@@ -43,11 +47,12 @@ def whole() -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(start=boundary(), end=boundary()))
 
 
-def window() -> list[rr.VisibleTimeRange]:
+def window(share: float = 1.0) -> list[rr.VisibleTimeRange]:
     """Span a little round the cursor, on either timeline."""
-    boundary, travel = rr.TimeRangeBoundary.cursor_relative, round(1e3 * WINDOW_TRAVEL)
+    boundary = rr.TimeRangeBoundary.cursor_relative
+    time, travel = share * WINDOW_TIME, round(1e3 * share * WINDOW_TRAVEL)
     return [
-        rr.VisibleTimeRange(TIME, start=boundary(seconds=-WINDOW_TIME), end=boundary(seconds=WINDOW_TIME)),
+        rr.VisibleTimeRange(TIME, start=boundary(seconds=-time), end=boundary(seconds=time)),
         rr.VisibleTimeRange(CHAINAGE, start=boundary(seq=-travel), end=boundary(seq=travel)),
     ]
 

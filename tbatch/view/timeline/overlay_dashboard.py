@@ -12,6 +12,7 @@ from tbatch.view.timeline.clock import CHAINAGE, TIME
 from tbatch.view.timeline.contact import EVENTS, LANES, events_view, lanes_view
 from tbatch.view.timeline.layout import View, close_up, framed, plot, stacked, tabbed, whole
 
+NEARER = 0.2  # of the usual window: what is compared differs in details
 OVERVIEW = "overview"
 MOST_LANES = 8
 MOST_ROWS = 4  # plots above each other; further ones stand behind them
@@ -69,7 +70,7 @@ def _page(place: Place, *, alone: bool) -> rrb.Horizontal:
     if place.lanes:
         count = place.wheel_count * len(page.responses)
         left.append((0.5 + 0.4 * count, lanes_view(whole(), origin=f"{LANES}/{place.prefix}".rstrip("/"))))
-    near = [close_up(f"{place.prefix}{panel.key}", f"{panel.title}, at the cursor") for panel in main]
+    near = [close_up(f"{place.prefix}{panel.key}", f"{panel.title}, at the cursor", NEARER) for panel in main]
     further = [panel for panel in page.panels if not panel.row]
     differences = [
         plot(f"{place.prefix}difference/{panel.key}", f"Δ {panel.title}", legend=False) for panel in page.panels

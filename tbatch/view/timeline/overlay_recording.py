@@ -18,9 +18,9 @@ from tbatch.view.timeline.contact import send_events, send_lane
 from tbatch.view.timeline.file import recording_file
 from tbatch.view.timeline.layout import POINTS_MAX
 from tbatch.view.timeline.overlay_dashboard import OVERVIEW, Place, overlay_dashboard
-from tbatch.view.timeline.series import GRAIN, send_series
+from tbatch.view.timeline.series import GRAIN, send_range, send_series
 
-INTERVAL, TRAVEL = 1e-3, 0.04  # least time [s] and way [m] between the extremes of what is looked at less often
+INTERVAL, TRAVEL = 1e-3, 0.04  # least time [s] and way [m] between extremes; half of it for differences
 
 
 def _send(stream: rr.RecordingStream, overlay: Overlay) -> None:
@@ -58,6 +58,10 @@ def _panel(stream: rr.RecordingStream, place: Place, panel: Panel) -> None:
     """Send one quantity of all responses, and its differences."""
     base = place.page.responses[0]
     grain = GRAIN if panel.key.startswith("force/") else None
+    if panel.row:
+        everything = np.concatenate([one.values[panel.key][: one.samples] for one in place.page.responses])
+        longest = max(place.page.responses, key=lambda one: float(one.position[one.samples - 1]))
+        send_range(stream, f"{place.prefix}{panel.key}", Clock(longest), longest, everything)
     for response in place.page.responses:
         look = [(response.name, response.colour)]
         n = response.samples
@@ -76,11 +80,9 @@ def _panel(stream: rr.RecordingStream, place: Place, panel: Panel) -> None:
         if response is not base:
             found = difference(response, base, panel.key)
             entity = f"{place.prefix}difference/{leaf}"
-            time, position, rows = found.time, found.position, found.values[:, None]
-            if not panel.row or place.thinned:
-                at, rows = extremes(rows, spaced_samples(time, position, interval=INTERVAL, travel=TRAVEL))
-                time, position = time[at], position[at]
-            send_series(stream, entity, look, columns(time, position), rows)
+            spaced = spaced_samples(found.time, found.position, interval=0.5 * INTERVAL, travel=0.5 * TRAVEL)
+            at, rows = extremes(found.values[:, None], spaced)
+            send_series(stream, entity, look, columns(found.time[at], found.position[at]), rows)
 
 
 def _contact(stream: rr.RecordingStream, place: Place) -> None:

@@ -22,7 +22,7 @@ from tbatch.view.timeline.contact import send_events, send_lane, send_marks
 from tbatch.view.timeline.dashboard import dashboard, force_overview
 from tbatch.view.timeline.file import recording_file
 from tbatch.view.timeline.layout import POINTS_MAX
-from tbatch.view.timeline.series import GRAIN, send_series
+from tbatch.view.timeline.series import GRAIN, send_range, send_series
 
 MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02
 """Least time [s] and way [m] between samples of slower motions; the slowest have half as many."""
@@ -77,6 +77,7 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
     wheels = [(f"wheel {j + 1}", palette.wheel_colour(j)) for j in range(record.wheel_count)]
     force = record.force_ratio[:n]
     send_series(stream, "force", wheels, clock.at(every), force, GRAIN)
+    send_range(stream, "force", clock, record, force)
     overview = force_overview(record)
     if overview != "force":
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
@@ -85,9 +86,11 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
     under = under_wheels(record, fewer)
     if under is not None:
         send_series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under)
+        send_range(stream, "rail_deflection", clock, record, 1e3 * under)
     slab = under_wheels(record, slow, "slab")
     if slab is not None:
         send_series(stream, "slab_deflection", wheels, clock.at(slow), 1e3 * slab)
+        send_range(stream, "slab_deflection", clock, record, 1e3 * slab)
     if record.irregularity is not None:
         send_series(stream, "irregularity", wheels, clock.at(fewer), 1e3 * record.irregularity[fewer])
     sprung = [body for body in record.bodies if body.kind != "wheelset"]

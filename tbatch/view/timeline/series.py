@@ -9,7 +9,11 @@ import rerun as rr
 
 from tbatch.view import palette
 from tbatch.view.record import Array
+from tbatch.view.thinning import spaced_samples
+from tbatch.view.timeline.clock import Clock, Timed
 
+RANGES = "range"  # entity above those of all ranges
+RANGE_INTERVAL, RANGE_TRAVEL = 4e-3, 0.3  # least time [s] and way [m] between samples of a range
 GRAIN = 2.0**-12  # forces Q/Q0 are plotted in whole multiples of it
 FINENESS = 2.0**12  # grains in the largest value of any other plot, at least: pixels of a large screen
 
@@ -31,6 +35,32 @@ def send_series(
     short = _shortened(values, grain or _grain(values))
     columns = rr.Scalars.columns(scalars=short.ravel()).partition(np.full(len(values), count))
     stream.send_columns(entity, times, columns, strict=True)
+
+
+def send_range(stream: rr.RecordingStream, entity: str, clock: Clock, run: Timed, values: Array) -> None:
+    """Send a run's range of values as unseen lines, so that close-ups keep one scale as the cursor moves.
+
+    A range in the layout would be that of one run for all (rerun 0.41).
+
+    Args:
+        stream: The recording.
+        entity: The plot that it is for.
+        clock: Stamps the run's samples.
+        run: The run.
+        values: All that is plotted, any shape.
+    """
+    low, high = float(np.min(values)), float(np.max(values))
+    room = 0.05 * (high - low) or 0.1
+    n = run.samples
+    time, position = np.asarray(run.time[:n]), np.asarray(run.position[:n])
+    at = spaced_samples(time, position, interval=RANGE_INTERVAL, travel=RANGE_TRAVEL)
+    unseen = rr.SeriesLines(
+        colors=[(0, 0, 0, 0)] * 2, widths=[0.1] * 2, names=["range"] * 2, aggregation_policy="MinMax"
+    )
+    stream.log(f"{RANGES}/{entity}", unseen, static=True, strict=True)
+    rows = np.tile([low - room, high + room], len(at))
+    columns = rr.Scalars.columns(scalars=rows).partition(np.full(len(at), 2))
+    stream.send_columns(f"{RANGES}/{entity}", clock.at(at), columns, strict=True)
 
 
 def _grain(values: Array) -> float:

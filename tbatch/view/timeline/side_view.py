@@ -96,7 +96,7 @@ def _scale(stream: rr.RecordingStream, scene: Scene) -> None:
     """Say in the picture itself how much is exaggerated: a layout is shared by many runs."""
     middle = 0.5 * (scene.reach[0] + scene.reach[1])
     text = f"displacements and irregularity × {scene.exaggeration}"
-    label = rr.Points3D([[middle, 0.0, ROOF + 0.45]], labels=[text], show_labels=True, radii=0.01, colors=palette.MARK)
+    label = rr.Points3D([[middle, 0.0, ROOF + 0.45]], labels=[text], show_labels=True, radii=0.001, colors=palette.MARK)
     stream.log(f"{ORIGIN}/scale", label, static=True, strict=True)
 
 
