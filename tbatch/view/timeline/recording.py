@@ -26,6 +26,7 @@ from tbatch.view.timeline.series import GRAIN, send_range, send_series
 
 MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02
 """Least time [s] and way [m] between samples of slower motions; the slowest have half as many."""
+FORCES_SHOWN = (0.0, 2.0)  # Q/Q0 that close-ups show at least
 
 
 def write(record: RunRecord, path: Path) -> Path:
@@ -77,7 +78,7 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
     wheels = [(f"wheel {j + 1}", palette.wheel_colour(j)) for j in range(record.wheel_count)]
     force = record.force_ratio[:n]
     send_series(stream, "force", wheels, clock.at(every), force, GRAIN)
-    send_range(stream, "force", clock, record, force)
+    send_range(stream, "force", clock, record, np.append(force.ravel(), FORCES_SHOWN))
     overview = force_overview(record)
     if overview != "force":
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
