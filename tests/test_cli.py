@@ -271,13 +271,16 @@ def test_bad_usage_leaves_with_2_and_a_message(arguments, said):
 def test_methods_prints_saves_and_draws_a_comparison(tmp_path):
     short = ["--set", "track.length=60 m", "--set", "run.start=20 m", "--set", "run.distance=3 m",
              "--set", "run.evaluate_from=1 m"]  # fmt: skip
-    done = tbatch("methods", "smooth_track", *short, "--steps", "1 ms, 1e-4", "--out", tmp_path / "m")
+    done = tbatch(
+        "methods", "smooth_track", *short, "--steps", "1 ms, 1e-4", "--out", tmp_path / "m", "--rrd", tmp_path / "m.rrd"
+    )
     assert done.returncode == 0
     for method in ("two-step", "NML", "NMN", "APL"):
         assert method in done.stdout
     assert "half-period" in done.stdout
     names = {path.name for path in (tmp_path / "m").iterdir()}
     assert {"methods.json", "methods.csv", "work_precision.png", "responses_1000us.png"} <= names
+    assert (tmp_path / "m.rrd").stat().st_size > 10_000
     for wrong in ("0.1 parsecs", "1", "soon"):
         assert tbatch("methods", "smooth_track", "--steps", wrong).returncode == 2
 
