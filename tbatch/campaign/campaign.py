@@ -155,14 +155,29 @@ class Campaign:
         """All stored rows of ``"runs"``, ``"wheels"`` or ``"events"``, by case and sample, checked as they are read."""
         return self.store.table(kind, columns)
 
+    @property
+    def wheels(self) -> list[int]:
+        """Numbers of the wheelsets, from 1 at the front."""
+        if not self.store.shards:
+            return []
+        numbers = self.store.shard_table("wheels", self.store.shards[0], ("wheel",))["wheel"]
+        return sorted({int(number) for number in numbers.to_pylist()})
+
     def statistics(self, *, any_wheelset: bool = False) -> pa.Table:
         """How often wheels leave the rail, a row per speed and wheelset.
 
         Args:
             any_wheelset: A row per speed instead, for any of the wheelsets.
         """
-        runs, wheels = self.table("runs", RUN_COLUMNS), self.table("wheels", WHEEL_COLUMNS)
-        return separation_statistics(runs, wheels, self.speeds, any_wheelset=any_wheelset)
+        return self.statistics_of([ANY_WHEELSET] if any_wheelset else self.wheels)
+
+    def statistics_of(self, wheels: Sequence[int]) -> pa.Table:
+        """The same for some wheelsets, by their numbers; ``ANY_WHEELSET`` is any of them."""
+
+        def tables_of(case: int) -> tuple[pa.Table, pa.Table]:
+            return self.store.table("runs", RUN_COLUMNS, case), self.store.table("wheels", WHEEL_COLUMNS, case)
+
+        return separation_statistics(tables_of, self.speeds, wheels)
 
     @cached_property
     def records(self) -> Records:

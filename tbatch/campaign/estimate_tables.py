@@ -6,6 +6,7 @@ from typing import Any
 
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import ANY_WHEELSET, Estimate
+from tbatch.campaign.estimates.sensitivity import Sensitivity, sensitivities
 from tbatch.campaign.summary import KMH, columns
 
 Place = dict[str, Any]
@@ -25,7 +26,36 @@ def estimates_text(campaign: Campaign) -> str:
         rows = [[one.name, *map(_shown, (one.value, one.low, one.high)), one.unit or "-", one.flag] for one in found]
         lines = columns(["estimate", "value", "95 % from", "to", "unit", "remark"], [], rows)
         blocks.append("\n".join([f"{speed}, {wheel}", *lines]))
+    return "\n\n".join([*blocks, *filter(None, [sensitivities_text(campaign)])])
+
+
+def sensitivities_document(campaign: Campaign) -> list[dict[str, Any]]:
+    """What the outcome of a run goes with, speed by speed, any wheelset, as plain data; empty if nothing varies."""
+    return [{"speed": speed, **one.row()} for speed, found in _sensitivities(campaign) for one in found]
+
+
+def sensitivities_text(campaign: Campaign) -> str:
+    """The same as a table for people; empty if nothing varies."""
+    titles = ["varied", "outcome", "rank corr.", "95 % from", "to", "share of variance", "95 % from", "to", "runs"]
+    blocks = []
+    for speed, found in _sensitivities(campaign):
+        rows = [
+            [
+                one.varied,
+                one.outcome,
+                *map(_shown, (one.correlation, one.low, one.high, one.share, one.share_low, one.share_high)),
+                str(one.runs),
+            ]
+            for one in found
+        ]
+        if rows:
+            blocks.append("\n".join([f"{speed * KMH:.4g} km/h, any wheelset: sensitivity", *columns(titles, [], rows)]))
     return "\n\n".join(blocks)
+
+
+def _sensitivities(campaign: Campaign) -> Iterator[tuple[float, list[Sensitivity]]]:
+    for case, speed in enumerate(campaign.speeds):
+        yield speed, sensitivities(campaign.records.units(case))
 
 
 def all_estimates(campaign: Campaign) -> Iterator[tuple[Place, list[Estimate]]]:

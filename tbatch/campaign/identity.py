@@ -1,6 +1,7 @@
-"""Which campaign a folder holds: its resolved scenario, but for the number of runs and where files lie.
+"""Which campaign a folder holds: its resolved scenario, but for what decides no result.
 
-More runs extend a campaign, they do not change it; a measured level is known by its checksum, wherever its file lies.
+More runs extend a campaign, they do not change it; a measured level and the matrices of a track are known by their
+checksums, wherever their files lie; [limits] and [keep] judge and show runs, they do not make them.
 """
 
 import copy
@@ -9,8 +10,12 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from tbatch.scenario.matrices import FILES
+
 _RUNS = "campaign.runs"
-_PLACES = ("irregularity.measured.file",)
+_PLACES = ("irregularity.measured.file", *(f"track.matrices.{name}" for name in FILES))
+AFTERWARDS = ("keep", "limits")
+"""Tables that may change: what is done with the runs."""
 _ABSENT = "absent"
 
 
@@ -22,7 +27,7 @@ def canonical(document: Any) -> str:
 def identity(resolved: Mapping[str, Any]) -> str:
     """SHA-256 of what decides the results; the same as ``Scenario.hash``."""
     deciding = copy.deepcopy(dict(resolved))
-    for key in (_RUNS, *_PLACES):
+    for key in (_RUNS, *_PLACES, *AFTERWARDS):
         *tables, name = key.split(".")
         table: Any = deciding
         for part in tables:
@@ -39,15 +44,28 @@ def run_count(resolved: Mapping[str, Any]) -> int:
 def changed_keys(stored: Mapping[str, Any], given: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """The keys in which two resolved scenarios differ: dotted key, stored value, given value.
 
-    ``campaign.runs`` counts as changed only where it became less, the place of a file never.
+    ``campaign.runs`` counts as changed only where it became less; the place of a file, [limits] and [keep] never.
     """
+    return [
+        (key, old, new)
+        for key, old, new in _differences(stored, given)
+        if key not in _PLACES and not _of(key, AFTERWARDS) and not (key == _RUNS and int(new) >= int(old))
+    ]
+
+
+def followed_keys(stored: Mapping[str, Any], given: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """The keys of [limits] and [keep] in which two resolved scenarios differ, as ``changed_keys`` gives others."""
+    return [change for change in _differences(stored, given) if _of(change[0], AFTERWARDS)]
+
+
+def _differences(stored: Mapping[str, Any], given: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     before, after = dict(_leaves(stored)), dict(_leaves(given))
-    changed = []
-    for key in sorted(before.keys() | after.keys()):
-        old, new = before.get(key, _ABSENT), after.get(key, _ABSENT)
-        if old != new and key not in _PLACES and not (key == _RUNS and int(new) >= int(old)):
-            changed.append((key, old, new))
-    return changed
+    pairs = ((key, before.get(key, _ABSENT), after.get(key, _ABSENT)) for key in sorted(before.keys() | after.keys()))
+    return [(key, old, new) for key, old, new in pairs if old != new]
+
+
+def _of(key: str, tables: tuple[str, ...]) -> bool:
+    return key.split(".")[0] in tables
 
 
 def _leaves(value: Any, path: str = "") -> list[tuple[str, str]]:

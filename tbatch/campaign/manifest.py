@@ -2,21 +2,24 @@
 
 The manifest is what commits a shard: files that it does not name do not count. It can be lost and made again from the
 shard files, which carry their campaign's identity and their own name.
+
+It is JSON; the first line is the checksum of all that follows, the entries of the shards are the last.
 """
 
-import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tbatch.campaign.durable import read_bytes, write_bytes
-from tbatch.campaign.faults import StoreDamaged
-from tbatch.campaign.identity import canonical
+from tbatch.campaign.durable import hash_of, read_bytes, write_bytes
+from tbatch.campaign.entries import Entries
+from tbatch.campaign.faults import FolderUnusable, StoreDamaged
 from tbatch.campaign.shards import Shard
 
 MANIFEST_NAME = "manifest.json"
-FORMAT = 1
+FORMAT = 2
+_SHARDS, _END = ',\n"shards": [\n', "\n]}\n"
 
 
 @dataclass
@@ -29,7 +32,7 @@ class Manifest:
     """SHA-256 of each document of the folder; two while one is being replaced."""
     sessions: list[dict[str, Any]] = field(default_factory=list)
     """Each process that worked in the folder: versions, processor, run-steps done and seconds taken."""
-    shards: dict[Shard, dict[str, Any]] = field(default_factory=dict)
+    shards: Entries = field(default_factory=Entries)
     """Rows and status counts of each stored shard, and for each of its files the SHA-256 and the size."""
     recordings: dict[str, str] = field(default_factory=dict)
     """SHA-256 of the recording of each kept run, by file name."""
@@ -38,29 +41,29 @@ class Manifest:
 
     def write(self, folder: Path, name: str = MANIFEST_NAME) -> None:
         """Writes it durably into the folder."""
-        content = {
+        head = {
             "format": FORMAT,
             "campaign": self.campaign,
             "documents": self.documents,
             "sessions": self.sessions,
-            "shards": [{"name": shard.name, **self.shards[shard]} for shard in sorted(self.shards)],
             "recordings": self.recordings,
             "quarantine": self.quarantine,
         }
-        text = json.dumps({**content, "checksum": _checksum(content)}, indent=1)
-        write_bytes(folder / name, text.encode())
+        body = f"{json.dumps(head)[1:-1]}{_SHARDS}{self.shards.text()}{_END}".encode()
+        write_bytes(folder / name, _first_line(body) + body)
 
-    def join(self, other: "Manifest") -> None:
+    def join(self, other: "Manifest", shards: Mapping[Shard, Mapping[str, Any]] | None = None) -> None:
         """Takes over what another manifest of the same campaign says; of a shard that both name, the other's word.
 
         Args:
             other: A part's manifest, or that of another folder.
+            shards: The entries of it that are new here; default: all.
         """
         for name, accepted in other.documents.items():
             known = self.documents.setdefault(name, [])
             known += [sha256 for sha256 in accepted if sha256 not in known]
         place = self.join_sessions(other)
-        for shard, entry in other.shards.items():
+        for shard, entry in (other.shards if shards is None else shards).items():
             self.shards[shard] = {**entry, "session": place.get(entry.get("session"))}
         self.recordings |= other.recordings
         self.quarantine |= other.quarantine
@@ -84,15 +87,20 @@ class Manifest:
         if not path.exists():
             return None
         try:
-            content = json.loads(read_bytes(path))
-            checksum = content.pop("checksum")
-            if content["format"] > FORMAT:
-                raise StoreDamaged(
-                    f"{path}: written by a newer tbatch (format {content['format']}), update tbatch to read it"
-                )
-            if checksum != _checksum(content):
+            data = read_bytes(path)
+            first, _, body = data.partition(b"\n")
+            if first + b"\n" != _first_line(body):
+                if json.loads(data)["format"] == 1:
+                    raise FolderUnusable(
+                        f"{path}: written by a tbatch before its first release: read it with that, or run its scenario"
+                        " in another folder"
+                    )
                 raise StoreDamaged(f"{path}: its content is not what was written (checksum differs)")
-            shards = {Shard.parse(entry.pop("name")): entry for entry in content["shards"]}
+            head, _, entries = body.decode().removesuffix(_END).partition(_SHARDS)
+            content = json.loads(f"{{{head}}}")
+            if (written := content["format"]) > FORMAT:
+                raise StoreDamaged(f"{path}: written by a newer tbatch (format {written}), update tbatch to read it")
+            shards = Entries.parse(entries)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise StoreDamaged(f"{path}: not a manifest ({error})") from error
         return cls(
@@ -105,5 +113,5 @@ class Manifest:
         )
 
 
-def _checksum(content: dict[str, Any]) -> str:
-    return hashlib.sha256(canonical(content).encode()).hexdigest()
+def _first_line(body: bytes) -> bytes:
+    return b'{"checksum": "%s",\n' % hash_of(body).encode()

@@ -1,5 +1,6 @@
 """Campaign folders of several machines joined into one: ``tbatch merge``."""
 
+from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from tbatch.campaign.identity import run_count
 from tbatch.campaign.part import holding
 from tbatch.campaign.preparation import refuse_if_changed
 from tbatch.campaign.records import KINDS
-from tbatch.campaign.shards import Shard, overlapping
+from tbatch.campaign.shards import SHARD_SAMPLES, Shard, overlapping
 from tbatch.campaign.store import QUARANTINE, SCENARIO_NAME, Message, Store
 
 
@@ -40,12 +41,11 @@ def merge(target: Path, sources: Sequence[Path], *, message: Message) -> Campaig
     damage = [line for store in others for line in store.damage()]
     if damage:
         raise StoreDamaged(damage)
-    first = stores[0]
-    resolved = max((store.resolved for store in stores), key=run_count)
-    source = read_bytes(first.folder / SCENARIO_NAME).decode()
+    longest = max(stores, key=lambda store: run_count(store.resolved))
+    source = read_bytes(longest.folder / SCENARIO_NAME).decode()
     make_folder(target)
     with holding(target, None, message):
-        store = Store.prepare(target, source, resolved, message=message)
+        store = Store.prepare(target, source, longest.resolved, message=message)
         for other in others:
             taken = _take_over(store, other, message)
             message(f"{other.folder}: {taken} of {len(other.shards)} shards taken over")
@@ -57,17 +57,21 @@ def _take_over(store: Store, other: Store, message: Message) -> int:
     """Copies the shards of another folder that this one has not; gives their number."""
     sessions = store.manifest.join_sessions(other.manifest)
     taken: dict[Shard, dict[str, Any]] = {}
+    beside = defaultdict(list)  # no shard reaches beyond its block of samples
+    for shard in store.manifest.shards:
+        beside[_block(shard)].append(shard)
     for shard, entry in other.manifest.shards.items():
         if shard in store.manifest.shards:
             if _sums(store.manifest.shards[shard]) != _sums(entry):
                 message(f"{shard.name} of {other.folder} has other last bits (another processor?); the first is kept")
-        elif overlap := overlapping([shard, *_of_case(store, shard.case), *taken]):
+        elif overlap := overlapping([shard, *beside[_block(shard)]]):
             message(f"{shard.name} of {other.folder} is left out: {overlap[0][0].name} holds some of its runs")
         else:
             for kind in reversed(KINDS):
                 data = read_bytes(other.path(kind, shard), entry["files"][kind]["sha256"])
                 write_bytes(store.path(kind, shard), data)
             taken[shard] = {**entry, "session": sessions.get(entry.get("session"))}
+            beside[_block(shard)].append(shard)
     store.manifest.shards.update(taken)
     for name, sha256 in other.manifest.quarantine.items():
         make_folder(store.folder / QUARANTINE)
@@ -83,8 +87,8 @@ def _exists(folder: Path) -> bool:
         raise FolderUnusable(f"cannot read {folder}: {error.strerror}") from error
 
 
-def _of_case(store: Store, case: int) -> list[Shard]:
-    return [shard for shard in store.manifest.shards if shard.case == case]
+def _block(shard: Shard) -> tuple[int, int]:
+    return shard.case, shard.start // SHARD_SAMPLES
 
 
 def _sums(entry: dict[str, Any]) -> list[str]:

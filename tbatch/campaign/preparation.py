@@ -14,13 +14,13 @@ from typing import Any
 from tbatch.campaign.adoption import adopt
 from tbatch.campaign.durable import hash_of, make_folder, read_bytes, remove_leftovers, write_bytes
 from tbatch.campaign.faults import ScenarioChanged, StoreDamaged
-from tbatch.campaign.identity import changed_keys, identity
+from tbatch.campaign.identity import changed_keys, followed_keys, identity
 from tbatch.campaign.manifest import MANIFEST_NAME, Manifest
 from tbatch.campaign.part import PARTS, Part, part_manifests
 from tbatch.campaign.provenance import decisive, processor, versions
 from tbatch.campaign.records import KINDS
 from tbatch.campaign.shards import Shard
-from tbatch.campaign.store import RESOLVED_NAME, SCENARIO_NAME, Message, Store
+from tbatch.campaign.store import RECORDINGS, RESOLVED_NAME, SCENARIO_NAME, Message, Store
 
 
 def prepare(
@@ -38,6 +38,8 @@ def prepare(
     if part is not None:
         store.own = Manifest.read(folder, part.manifest_name) or Manifest(store.manifest.campaign)
         store.own_name = part.manifest_name
+    if part is None:
+        _follow(store, given, message)
     _write_documents(store, source, given)
     _adopt(store, part, message)
     store.own.sessions.append(new_session(store.own, message))
@@ -75,7 +77,8 @@ def refuse_if_changed(folder: Path, stored: Mapping[str, Any], given: Mapping[st
         lines = "\n".join(f"  {key}: stored {old}, given {new}" for key, old, new in changed)
         raise ScenarioChanged(
             f"folder {folder} holds a campaign of another scenario:\n{lines}\n"
-            "Choose another folder with --out, or give the stored values; only more runs extend a campaign."
+            "Choose another folder with --out, or give the stored values: more runs extend a campaign, [limits] and"
+            " [keep] may change, nothing else."
         )
 
 
@@ -85,6 +88,18 @@ def _opened(folder: Path, given: dict[str, Any]) -> Store:
         refuse_if_changed(folder, store.resolved, given)
         return store
     return Store(folder, given, Manifest(identity(given)))
+
+
+def _follow(store: Store, given: dict[str, Any], message: Message) -> None:
+    """Says which of [keep] and [limits] changed, and drops recordings that hold other channels than asked for now."""
+    followed = followed_keys(store.resolved, given)
+    if not followed:
+        return
+    message("other than before: " + ", ".join(f"{key} {old} -> {new}" for key, old, new in followed))
+    if any(key in ("keep.channels", "keep.every") for key, _, _ in followed):
+        for name in store.own.recordings:
+            (store.folder / RECORDINGS / name).unlink(missing_ok=True)
+        store.own.recordings = {}
 
 
 def _write_documents(store: Store, source: str, resolved: dict[str, Any]) -> None:

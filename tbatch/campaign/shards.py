@@ -14,7 +14,7 @@ SHARD_SAMPLES = 64
 _NAME = re.compile(r"c(\d{2,})-s(\d{6,})-(\d{6,})")
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True, order=True, slots=True)
 class Shard:
     """Samples ``start`` up to, not including, ``stop`` of one case. Orders by sample first: all cases advance."""
 

@@ -7,7 +7,7 @@ separation, with the exact (Clopper-Pearson) interval; rates use each wheel's ow
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,9 +19,10 @@ from tbatch.campaign.estimates.units import ANY_WHEELSET
 
 __all__ = ["ANY_WHEELSET", "CONFIDENCE", "STATISTICS_SCHEMA", "exact_interval", "separation_statistics"]
 
-RUN_COLUMNS = ("case", "sample", "status", "evaluated_length")
+TablesOf = Callable[[int], tuple[pa.Table, pa.Table]]
+
+RUN_COLUMNS = ("sample", "status", "evaluated_length")
 WHEEL_COLUMNS = (
-    "case",
     "sample",
     "wheel",
     "evaluated_distance",
@@ -65,32 +66,25 @@ STATISTICS_SCHEMA = pa.schema(
 )
 
 
-def separation_statistics(
-    runs: pa.Table, wheels: pa.Table, speeds: Sequence[float], *, any_wheelset: bool = False
-) -> pa.Table:
-    """Statistics of the separations, a row per speed and wheelset.
+def separation_statistics(tables_of: TablesOf, speeds: Sequence[float], wheels: Sequence[int]) -> pa.Table:
+    """Statistics of the separations, a row per speed and wheelset; of the tables, one speed's is held at a time.
 
     Args:
-        runs: A row per run, columns ``RUN_COLUMNS``.
-        wheels: A row per run and wheel, columns ``WHEEL_COLUMNS``.
+        tables_of: Of a case, a row per run, columns ``RUN_COLUMNS``, and a row per run and wheel, ``WHEEL_COLUMNS``.
         speeds: Speed of each case [m/s].
-        any_wheelset: A row per speed instead, for any of the wheelsets.
+        wheels: Wheelsets, from 1 at the front; ``ANY_WHEELSET`` for any of them.
     """
-    run = {name: runs[name].to_numpy() for name in RUN_COLUMNS}
-    wheel = {name: wheels[name].to_numpy() for name in WHEEL_COLUMNS}
-    diverged = run["status"] != 0
-    sound = ~np.isin(_key(wheel["case"], wheel["sample"]), _key(run["case"], run["sample"])[diverged])
-    wheel_numbers = [ANY_WHEELSET] if any_wheelset else sorted(int(number) for number in np.unique(wheel["wheel"]))
     rows = []
     for case, speed in enumerate(speeds):
-        of_case = run["case"] == case
-        lengths = run["evaluated_length"][of_case]
-        for number in wheel_numbers:
-            chosen = sound & (wheel["case"] == case)
-            if number != ANY_WHEELSET:
-                chosen &= wheel["wheel"] == number
+        runs, table = tables_of(case)
+        run = {name: runs[name].to_numpy() for name in RUN_COLUMNS}
+        wheel = {name: table[name].to_numpy() for name in WHEEL_COLUMNS}
+        diverged = run["status"] != 0
+        sound = ~np.isin(wheel["sample"], run["sample"][diverged])
+        count, lengths = int(np.count_nonzero(~diverged)), run["evaluated_length"]
+        for number in wheels:
+            chosen = sound if number == ANY_WHEELSET else sound & (wheel["wheel"] == number)
             part = {name: column[chosen] for name, column in wheel.items()}
-            count = int(np.count_nonzero(of_case & ~diverged))
             separated = len(np.unique(part["sample"][part["separations"] > 0]))
             low, high = exact_interval(separated, count)
             rows.append(
@@ -99,7 +93,7 @@ def separation_statistics(
                     "speed": float(speed),
                     "wheel": number,
                     "runs": count,
-                    "diverged": int(np.count_nonzero(of_case & diverged)),
+                    "diverged": int(np.count_nonzero(diverged)),
                     "separated_runs": separated,
                     "probability": separated / count if count else math.nan,
                     "probability_low": low,
@@ -144,7 +138,3 @@ def _largest(values: NDArray[Any], otherwise: float) -> float:
     """The largest number; a wheel that met nothing evaluated has NaN and does not count."""
     finite = values[~np.isnan(values)]
     return float(finite.max()) if len(finite) else otherwise
-
-
-def _key(case: NDArray[Any], sample: NDArray[Any]) -> NDArray[np.int64]:
-    return case.astype(np.int64) << 40 | sample.astype(np.int64)

@@ -144,24 +144,37 @@ class Store:
             kernel_seconds: Time of it in the batch kernels, without preparation and compilation [s].
         """
         number = len(self.own.sessions) - 1 if session is None else session
-        self.own.shards.update({shard: {**entry, "session": number} for shard, entry in entries.items()})
+        new = {shard: {**entry, "session": number} for shard, entry in entries.items()}
+        self.own.shards.update(new)
         made_by = self.own.sessions[number]
         made_by["run_steps"] += run_steps
         made_by["seconds"] += seconds
         made_by["kernel_seconds"] += kernel_seconds
-        self.save()
+        self.save(new)
 
-    def save(self) -> None:
-        """Writes the manifest of this process."""
+    def save(self, new: Mapping[Shard, Mapping[str, Any]] | None = None) -> None:
+        """Writes the manifest of this process.
+
+        Args:
+            new: Entries of shards that came since it was last written; default: any may be new.
+        """
         if self.own is not self.manifest:
-            self.manifest.join(self.own)
+            self.manifest.join(self.own, new)
         self.own.write(self.folder, self.own_name)
 
-    def table(self, kind: str, columns: Sequence[str] | None = None) -> pa.Table:
-        """All stored rows of a kind, ordered by case and sample, every file checked against the manifest."""
+    def table(self, kind: str, columns: Sequence[str] | None = None, case: int | None = None) -> pa.Table:
+        """All stored rows of a kind, ordered by case and sample, every file checked against the manifest.
+
+        Args:
+            kind: Of the table.
+            columns: Names of those to read; default: all.
+            case: Rows of one speed alone; default: of all.
+        """
         parts = []
         damage: list[str] = []
-        for shard in sorted(self.manifest.shards, key=lambda shard: (shard.case, shard.start)):
+        every = sorted(self.manifest.shards, key=lambda shard: (shard.case, shard.start))
+        chosen = [shard for shard in every if case in (None, shard.case)]
+        for shard in chosen or every[:1]:
             try:
                 parts.append(self.shard_table(kind, shard, columns))
             except StoreDamaged as error:
@@ -170,7 +183,7 @@ class Store:
             raise StoreDamaged(damage)
         if not parts:
             raise FolderUnusable(f"campaign folder {self.folder} holds no finished runs yet")
-        return pa.concat_tables(parts)
+        return pa.concat_tables(parts if chosen else [parts[0].slice(0, 0)])
 
     def shard_table(self, kind: str, shard: Shard, columns: Sequence[str] | None = None) -> pa.Table:
         """The rows of one stored shard, checked against the manifest."""

@@ -13,6 +13,7 @@ KMH = 3.6
 
 def summary_document(campaign: Campaign) -> dict[str, Any]:
     """The statistics as plain data for JSON: SI units, null where there is no number."""
+    rows = _plain(campaign.statistics_of([*campaign.wheels, ANY_WHEELSET]).to_pylist())
     return {
         "campaign": {
             "name": campaign.name,
@@ -25,8 +26,8 @@ def summary_document(campaign: Campaign) -> dict[str, Any]:
             "paired": True,
             **_model(campaign),
         },
-        "wheelsets": _plain(campaign.statistics().to_pylist()),
-        "any_wheelset": _plain(campaign.statistics(any_wheelset=True).to_pylist()),
+        "wheelsets": [row for row in rows if row["wheel"] != ANY_WHEELSET],
+        "any_wheelset": [row for row in rows if row["wheel"] == ANY_WHEELSET],
     }
 
 

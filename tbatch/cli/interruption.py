@@ -6,6 +6,7 @@ from types import FrameType, TracebackType
 from typing import Any
 
 from tbatch.campaign.faults import Interrupted
+from tbatch.cli.watchdog import Watchdog
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -22,8 +23,8 @@ class Stop(KeyboardInterrupt):
 class Interruption:
     """While it is entered, a signal stops at once, or, while runs are stepped, is noted for ``check`` to raise.
 
-    A second one always stops at once. Within a single call into a library, such as the compilation of the kernels, no
-    signal can be acted on.
+    A second one always stops at once. Within a single call into a library that holds Python's lock, such as the
+    compilation of the kernels, a watchdog acts on them, after some seconds.
     """
 
     def __init__(self, advice: str) -> None:
@@ -31,18 +32,21 @@ class Interruption:
         self._advice = advice
         self._number: int | None = None
         self._before: dict[int, Any] = {}
+        self._watchdog = Watchdog(SIGNALS, f"\ntbatch: {self._text}\n")
         self.stepping = False
         """Whether runs are being stepped, whose batch is worth waiting for the end of its chunk."""
 
     def __enter__(self) -> "Interruption":
         """Takes over the signals."""
         self._before = {number: signal.signal(number, self._note) for number in SIGNALS}
+        self._watchdog.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Gives the signals back."""
+        self._watchdog.__exit__(kind, error, trace)
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
@@ -56,6 +60,7 @@ class Interruption:
         return f"interrupted; what is stored stays, {self._advice}"
 
     def _note(self, number: int, frame: FrameType | None) -> None:
+        self._watchdog.heard(number, self._note)
         # Noted in any case: a library may swallow what is raised.
         again, self._number = self._number is not None, number
         if again or not self.stepping:

@@ -32,13 +32,16 @@ def stats(
 ) -> None:
     """Print separation statistics with confidence intervals."""
     from tbatch.campaign.campaign import Campaign
-    from tbatch.campaign.estimate_tables import estimates_document, estimates_text
+    from tbatch.campaign.estimate_tables import estimates_document, estimates_text, sensitivities_document
     from tbatch.campaign.summary import summary_document, summary_text
 
     campaign = Campaign.open(folder)
     if as_json:
         document = summary_document(campaign)
-        print(json.dumps({**document, "estimates": estimates_document(campaign)} if every else document, indent=1))
+        if every:
+            document["estimates"] = estimates_document(campaign)
+            document["sensitivities"] = sensitivities_document(campaign)
+        print(json.dumps(document, indent=1))
     else:
         print(estimates_text(campaign) if every else summary_text(campaign))
 
@@ -68,7 +71,7 @@ def check(
 def report(
     folder: Folder,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Where to write; default DIR/report.")] = None,
-    histories: Annotated[bool, typer.Option(help="Simulate a worst and a median run again and draw them.")] = True,
+    histories: Annotated[bool, typer.Option(help="Simulate some runs again and draw them along the line.")] = True,
     threads: Threads = None,
 ) -> None:
     """Write one self-contained HTML page with plots, and the CSV behind each plot."""

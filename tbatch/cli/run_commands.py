@@ -59,7 +59,7 @@ def run(
 ) -> None:
     """Run a scenario's campaign, or what is missing of it, and print its separation statistics."""
     for name, asked in {
-        "--arch other than cpu": arch != "cpu",
+        "--arch other than cpu (docs/speed.md says why)": arch != "cpu",
         "--live": live,
         "--serve": serve,
     }.items():

@@ -1,6 +1,6 @@
 """Batch: some runs of one model, laid out in blocks of lanes for the kernels."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -20,29 +20,25 @@ from tbatch.engine.rows import (
     MarkRows,
     MemoryRows,
 )
+from tbatch.engine.seating import seats
 from tbatch.engine.statistics import Statistics
+from tbatch.engine.surfaces import Surfaces
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.rows import first_load, hermite_at
+from tbatch.numerics.rows import first_load, shape_at
 from tbatch.numerics.run_inputs import RunInputs
-from tbatch.physics.long_profile import LongProfile
-from tbatch.physics.profile import Profile
-
-AHEAD = 128.0
-"""Irregularity of long runs that is made ahead of the fastest one [m]."""
 
 
 class Batch:
-    """Lane-blocked memory of some runs. Lane l of block b holds run b * LANES + l; spare lanes are inactive copies.
+    """Lane-blocked memory of some runs. Spare lanes are inactive copies of a run of their block.
 
     Attributes:
+        seat: Lane of each run, counted through all blocks, shape (run,); see `tbatch.engine.seating`.
         memory: Real numbers of each run, shape (block, row, lane); rows by `MemoryRows`.
         marks: Whole numbers of each run, int32, shape (block, row, lane); rows by `MarkRows`.
         displacement: Track u [m, -], shape (block, node * dof, lane).
         velocity: Track u̇ [m/s, 1/s], same shape.
         load: Right-hand side of the track's next solve [N], same shape.
-        segment_real: Start [m] and inverse spacing [1/m] of all profile segments, shape (segment, 2).
-        segment_whole: First coefficient and number of intervals, int32, shape (segment, 2).
-        coefficients: B-spline coefficients of all profiles [m].
+        surfaces: The irregularities and wheel profiles of all runs.
         lockstep: 1 for the blocks whose lanes keep the same course, int32, shape (block,).
         events: Log of separations, shape (block, wheel, place, column, lane).
     """
@@ -51,7 +47,7 @@ class Batch:
         self,
         model: Model,
         inputs: Sequence[RunInputs],
-        states: Sequence[InitialState],
+        states: Iterable[InitialState],
         statistics: Statistics,
         *,
         spare_rows: int,
@@ -60,7 +56,10 @@ class Batch:
         vehicle, track, rates = model.vehicle, model.track, len(model.tables.inverse)
         self.count = len(inputs)
         self.at = MemoryRows.of(vehicle.dof_count, vehicle.wheel_count, rates)
-        blocks = -(-self.count // LANES)
+        self.seat = seats([course_of(one) for one in inputs])
+        blocks = int(self.seat.max()) // LANES + 1
+        self._run = np.full((blocks, LANES), -1)  # of each lane, -1 where it is spare
+        self._run[self.seat // LANES, self.seat % LANES] = np.arange(self.count)
         wheels = vehicle.wheel_count
         self.spare = self.at.outputs + wheels * statistics.rows
         self.memory = aligned_zeros((blocks, self.spare + spare_rows, LANES))
@@ -68,18 +67,17 @@ class Batch:
         track_rows = max(track.node_count * track.node_dofs, 1)
         self.displacement, self.velocity, self.load = (aligned_zeros((blocks, track_rows, LANES)) for _ in range(3))
         self.events = np.zeros((blocks, wheels, event_capacity(chunk), EVENT_COLUMNS, LANES))
-        self._inputs, self._step, self._loaded = inputs, model.step, 0
-        self._moving = any(isinstance(one.profile, LongProfile) for one in inputs)
-        self._pack_profiles(chunk)
-        for lane in range(blocks * LANES):
-            run = min(lane, self.count - 1)
-            self._pack(model, lane, inputs[run], states[run], active=lane < self.count)
-        self._place_profiles()
+        self.surfaces = Surfaces(inputs, model.step, chunk)
+        for run, (one, state) in enumerate(zip(inputs, states, strict=True)):
+            self._pack(model, int(self.seat[run]), one, state)
+            self.surfaces.begin(run)
+        self._fill_spare_lanes()
+        self._place_surfaces()
         self._pack_statistics(statistics, model.step)
         course = [self.at.speed, self.at.start, self.at.end, *range(self.at.offset, self.at.offset + wheels)]
         self.lockstep = (self.memory[:, course] == self.memory[:, course, :1]).all(axis=(1, 2)).astype(np.int32)
 
-    def _pack(self, model: Model, lane: int, inputs: RunInputs, state: InitialState, *, active: bool) -> None:
+    def _pack(self, model: Model, lane: int, inputs: RunInputs, state: InitialState) -> None:
         """Fill one lane."""
         at, wheels = self.at, self.at.wheels
         memory = self.memory[lane // LANES, :, lane % LANES]
@@ -104,7 +102,7 @@ class Batch:
             (at.overlap, state.overlap),
         ):
             memory[row : row + wheels] = values
-        memory[at.active] = float(active)
+        memory[at.active] = 1.0
         memory[at.displacement : at.displacement + at.dofs] = state.displacement
         memory[at.velocity : at.velocity + at.dofs] = state.velocity
         if model.track.node_dofs:
@@ -119,54 +117,33 @@ class Batch:
             marks[mark + SEPARATED] = int(state.force[wheel] <= 0.0)
             own = inputs.wheel_profiles[wheel]
             if own is not None:
-                marks[mark + PROFILE_FIRST], marks[mark + PROFILE_COUNT] = self._segments[id(own)]
+                marks[mark + PROFILE_FIRST], marks[mark + PROFILE_COUNT] = self.surfaces.own(own)
 
     def _place(self, model: Model, memory: np.ndarray, marks: np.ndarray, inputs: RunInputs) -> None:
         """Elements and Hermite values of the wheels at t = 0, where the forces f₀ act."""
-        element, local, shape = hermite_at(
-            inputs.local_positions(0.0, inputs.passed), model.track.element_length, model.track.element_count
-        )
+        element, local, shape = shape_at(model.track, inputs.local_positions(0.0, inputs.passed))
         memory[self.at.local : self.at.local + self.at.wheels] = local
         memory[self.at.shape : self.at.shape + 4 * self.at.wheels] = shape.ravel()
         memory[self.at.level : self.at.level + self.at.wheels] = inputs.levels(0.0)
         marks[MARKS.wheels : MARKS.wheels + PER_WHEEL * self.at.wheels : PER_WHEEL] = element
 
-    def need_profiles(self, first: int, count: int) -> None:
+    def _fill_spare_lanes(self) -> None:
+        """Copy a block's first run into its spare lanes, so that nothing there is out of range; none is stepped."""
+        for block, lane in np.argwhere(self._run < 0):
+            for array in (self.memory, self.marks, self.displacement, self.velocity, self.load):
+                array[block, :, lane] = array[block, :, 0]
+            self.memory[block, self.at.active, lane] = 0.0
+
+    def need_surfaces(self, first: int, count: int) -> None:
         """Hold the irregularity that the wheels of long runs meet in `count` steps from step `first`."""
-        if self._moving and first + count > self._loaded:
-            self._pack_profiles(count, first)
-            self._place_profiles()
+        if self.surfaces.need(first, count):
+            self._place_surfaces()
 
-    def _pack_profiles(self, count: int, first: int = 0) -> None:
-        """Put the segments and coefficients of all distinct profiles one after the other.
-
-        The wheels' own come first, so that they keep their places when the rail's are packed anew.
-        """
-        fastest = max(one.speed for one in self._inputs)
-        self._loaded = first + max(count, int(AHEAD / max(fastest * self._step, 1e-12)))
-        rail = [one.profile_between(first, self._loaded, self._step) for one in self._inputs]
-        own = [profile for one in self._inputs for profile in one.wheel_profiles if profile is not None]
-        distinct: dict[int, Profile] = {id(profile): profile for profile in (*own, *rail)}
-        self._rail = rail
-        self._segments: dict[int, tuple[int, int]] = {}
-        real, whole, coefficients = [], [], []
-        segments = used = 0
-        for key, profile in distinct.items():
-            self._segments[key] = (segments, profile.segment_count)
-            real.append(np.stack([profile.start, profile.inverse_spacing], axis=1))
-            whole.append(np.stack([profile.first + used, profile.intervals], axis=1))
-            coefficients.append(profile.coefficient)
-            segments += profile.segment_count
-            used += len(profile.coefficient)
-        self.segment_real = np.ascontiguousarray(np.concatenate(real))
-        self.segment_whole = np.concatenate(whole).astype(np.int32)
-        self.coefficients = np.concatenate(coefficients)
-
-    def _place_profiles(self) -> None:
+    def _place_surfaces(self) -> None:
         """Tell every lane where its irregularity stands."""
-        for lane in range(len(self.memory) * LANES):
-            place = self._segments[id(self._rail[min(lane, self.count - 1)])]
-            self.marks[lane // LANES, MARKS.profile : MARKS.profile + 2, lane % LANES] = place
+        # A spare lane takes the first lane's, which is always used.
+        places = self.surfaces.rail[np.where(self._run < 0, self._run[:, :1], self._run)]
+        self.marks[:, MARKS.profile : MARKS.profile + 2] = places.swapaxes(1, 2)
 
     def _pack_statistics(self, statistics: Statistics, step: float) -> None:
         """First values of every accumulator."""
@@ -183,7 +160,7 @@ class Batch:
 
     def lanes(self, rows: np.ndarray) -> np.ndarray:
         """Reorder (block, row, lane) as (run, row), spare lanes left out."""
-        return rows.swapaxes(1, 2).reshape(len(rows) * LANES, rows.shape[1])[: self.count]
+        return rows[self.seat // LANES, :, self.seat % LANES]
 
     @property
     def status(self) -> np.ndarray:
@@ -203,9 +180,14 @@ class Batch:
             return np.empty((0, 2 + EVENT_COLUMNS))
         written = np.arange(self.events.shape[2])[:, None] < counts[:, :, None, :]
         block, wheel, place, lane = np.nonzero(written)
-        taken = np.column_stack([block * LANES + lane, wheel, self.events[block, wheel, place, :, lane]])
+        taken = np.column_stack([self._run[block, lane], wheel, self.events[block, wheel, place, :, lane]])
         self.marks[:, rows] = 0
         return taken
+
+
+def course_of(inputs: RunInputs) -> tuple[object, ...]:
+    """What two runs have in common whose wheels are at the same places all the way."""
+    return inputs.speed, inputs.start, inputs.steps, inputs.vehicle.wheel_offsets.tobytes()
 
 
 def event_capacity(chunk: int) -> int:

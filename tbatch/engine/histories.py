@@ -8,10 +8,12 @@ from tbatch.engine.batch import Batch
 from tbatch.engine.model import Model
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import SaveAt
-from tbatch.numerics.factorization import BlockFactor
+from tbatch.numerics.factorization import BlockFactor, factor_of
+from tbatch.numerics.inertia import inertia
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.rows import hermite_at
+from tbatch.numerics.rows import shape_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factor import SparseFactor
 
 LAYERS = ("rail", "slab", "base")
 
@@ -31,21 +33,21 @@ class Histories:
 
     def __init__(self, model: Model, save: SaveAt | None, steps: np.ndarray) -> None:
         self.model, self.save = model, save
-        self.every_steps = 0 if save is None else _every_steps(save.every, model.step)
+        self.every_steps = 0 if save is None else every_steps(save.every, model.step)
         self.time: np.ndarray = np.zeros(0)
         self.channels: dict[str, np.ndarray] = {}
         self._layers: list[str] = []
         self.probe_rows, self.probe_shape = np.zeros((0, 2), np.int32), np.zeros((0, 4))
         self.sample_rows = np.full(channel_rows.CHANNELS, -1, np.int32)
         self._width = 0
-        self._mass_factor: BlockFactor | None = None
+        self._mass_factor: BlockFactor | SparseFactor | None = None
         if save is None:
             return
         self._steps = steps
         samples = int(steps.max()) // self.every_steps + 1
         self.time = np.arange(samples) * self.every_steps * model.step
         self._plan(save)
-        widths = self._widths(save)
+        widths = channel_widths(model, save)
         for name in save.channels:
             self.channels[name] = np.full((len(steps), samples, widths[name]), np.nan)
 
@@ -64,10 +66,9 @@ class Histories:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
         if self._layers:
             track.locate(save.rail_at)
-            element, _, shape = hermite_at(save.rail_at, track.element_length, track.element_count)
-            first = [element * track.node_dofs + track.layers[layer][0] for layer in self._layers]
-            near = np.concatenate(first)
-            self.probe_rows = np.stack([near, near + track.node_dofs], axis=1).astype(np.int32)
+            element, _, shape = shape_at(track, np.asarray(save.rail_at, float))
+            rows = np.concatenate([track.layer_rows(element, layer) for layer in self._layers])
+            self.probe_rows = np.ascontiguousarray(rows[:, [0, 2]].astype(np.int32))
             self.probe_shape = np.tile(shape, (len(self._layers), 1))
         dofs, wheels = self.model.vehicle.dof_count, self.model.vehicle.wheel_count
         plans = (
@@ -83,20 +84,6 @@ class Histories:
             if wanted:
                 self.sample_rows[channel] = self._width
                 self._width += width
-
-    def _widths(self, save: SaveAt) -> dict[str, int]:
-        dofs, wheels, points = self.model.vehicle.dof_count, self.model.vehicle.wheel_count, len(save.rail_at)
-        return {
-            "contact_force": wheels,
-            "vehicle": dofs,
-            "vehicle_acceleration": dofs,
-            "irregularity": wheels,
-            "rail_under_wheel": wheels,
-            "rail": points,
-            "rail_acceleration": points,
-            "slab": points,
-            "base": points,
-        }
 
     @property
     def probe_rows_needed(self) -> int:
@@ -130,7 +117,7 @@ class Histories:
             first[layer] = self._probes(number, state.track)
         if "rail_acceleration" in self.channels:
             if self._mass_factor is None:
-                self._mass_factor = BlockFactor.of(track.mass.diagonal, track.mass.lower, track.pinned)
+                self._mass_factor = factor_of(*inertia(track))
             load = np.einsum("ndw,w->nd", model.ground.loads(positions), state.force)
             load -= track.stiffness.dot(state.track) + track.damping.dot(state.track_velocity)
             first["rail_acceleration"] = self._probes(self._layers.index("rail"), self._mass_factor.solve(load))
@@ -159,7 +146,8 @@ class Histories:
             stop = end if alive[place] else min(end, int(completed[place]) // every + 1)
             if stop <= begin:
                 continue
-            taken = samples[place // LANES, : stop - begin, :, place % LANES]
+            seat = int(batch.seat[place])
+            taken = samples[seat // LANES, : stop - begin, :, seat % LANES]
             for name, history in self.channels.items():
                 row, width = self._rows_of(name), history.shape[2]
                 history[run, begin:stop] = taken[:, row : row + width]
@@ -181,12 +169,20 @@ class Histories:
         return int(self.sample_rows[channel])
 
 
+def channel_widths(model: Model, save: SaveAt) -> dict[str, int]:
+    """Numbers in a sample of each saved channel."""
+    dofs, wheels, points = model.vehicle.dof_count, model.vehicle.wheel_count, len(save.rail_at)
+    width = dict.fromkeys(("contact_force", "irregularity", "rail_under_wheel"), wheels)
+    width |= dict.fromkeys(("vehicle", "vehicle_acceleration"), dofs)
+    return {name: width.get(name, points) for name in save.channels}
+
+
 def history_points(save: SaveAt | None) -> int:
     """Number of points at which layers are saved."""
     return 0 if save is None else len(save.rail_at)
 
 
-def _every_steps(every: float, step: float) -> int:
+def every_steps(every: float, step: float) -> int:
     """Samples apart in steps.
 
     Raises:

@@ -7,12 +7,13 @@ import numpy as np
 from tbatch.numerics.factorization import FactorisedTrack, factorise
 from tbatch.numerics.initial import StaticTrack
 from tbatch.numerics.run_inputs import VehicleTables
+from tbatch.numerics.sparse_factorization import FactorisedSparse
 from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
 from tbatch.numerics.window import Window, make_window
 from tbatch.physics.contact import Contact
+from tbatch.physics.line import Line
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import RigidRest, rest_on_rigid_rail
-from tbatch.physics.track import Track
 from tbatch.physics.vehicle import Vehicle
 
 
@@ -21,7 +22,7 @@ class Model:
     """What does not change from run to run. Made by `Model.build`."""
 
     vehicle: Vehicle
-    track: Track
+    track: Line
     """The line that is stepped: the given one, or the window of an endless one."""
     window: Window
     """How the line follows the vehicle."""
@@ -31,7 +32,7 @@ class Model:
     """1 for a half model, 2 for a whole one."""
     rest: RigidRest
     """The vehicle at rest on a rigid rail."""
-    factor: FactorisedTrack = field(repr=False)
+    factor: FactorisedTrack | FactorisedSparse = field(repr=False)
     tables: VehicleTables = field(repr=False)
     ground: StaticTrack = field(repr=False)
 
@@ -39,7 +40,7 @@ class Model:
     def build(
         cls,
         vehicle: Vehicle,
-        track: Track,
+        track: Line,
         contact: Contact,
         *,
         step: float,
@@ -104,9 +105,11 @@ class Model:
 
     @property
     def compliance(self) -> float:
-        """1/(6EIℓ³) of the local rail compliance [1/(N m⁵)]; 0 where it is left out."""
+        """1/(6EIℓ³) of the local rail compliance [1/(N m⁵)], without the ℓ³ for an imported track; 0 if left out."""
         EI = self.ground.rail_EI
-        return 0.0 if EI is None else 1.0 / (6.0 * EI * self.track.element_length**3)
+        if EI is None:
+            return 0.0
+        return 1.0 / (6.0 * EI * (1.0 if self.track.imported is not None else self.track.element_length**3))
 
     def with_step(self, step: float) -> "Model":
         """The same model with another step."""

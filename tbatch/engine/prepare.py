@@ -19,6 +19,7 @@ from tbatch.physics.static import RigidRest, rest_on_rigid_rail
 from tbatch.physics.vehicle import Vehicle
 
 _SMOOTH = Profile.zero()
+_KEPT_STATES = 64  # runs on a smooth start share one; a track of a thousand dofs makes each 16 kB
 
 
 def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
@@ -49,10 +50,10 @@ def step_counts(model: Model, runs: Runs, duration: ArrayLike) -> np.ndarray:
             continue
         first = runs.start[run] - vehicle.wheel_offsets.max()
         last = runs.start[run] + runs.speed[run] * float(steps[run]) * model.step
-        if first < 0.0 or last > model.track.length * (1.0 + 1e-12):
+        if first < model.track.begin or last > model.track.end + 1e-12 * model.track.length:
             raise ValueError(
                 f"run {run}: its wheels would be on x = {first:.3f} ... {last:.3f} m, the track is on "
-                f"0 ... {model.track.length:.3f} m; choose start, speed and duration accordingly"
+                f"{model.track.begin:g} ... {model.track.end:.3f} m; choose start, speed and duration accordingly"
             )
     return steps
 
@@ -74,10 +75,16 @@ class Preparation:
         if isinstance(initial, str) and initial not in ("static", "rest"):
             raise ValueError(f"initial = {initial!r}: accepted are 'static', 'rest' or a State")
         self.model, self.runs, self.steps, self.initial = model, runs, steps, initial
+        self._wheel_profiles: dict[tuple[int, float], Profile] = {}
+        self.forget()
+
+    def forget(self) -> None:
+        """Drop what the runs so far share, which grows with their number; of a batch it is needed once."""
+        model = self.model
         self._tables: dict[int, VehicleTables] = {id(model.vehicle): model.tables}
         self._rests: dict[tuple[int, int], RigidRest] = {(id(model.vehicle), id(model.contact)): model.rest}
         self._static: dict[tuple[Any, ...], InitialState] = {}
-        self._wheel_profiles: dict[tuple[int, float], Profile] = {}
+        self._profiles: dict[tuple[int, float, float], tuple[Any, Profile]] = {}
 
     def inputs(self, run: int) -> RunInputs:
         """Constants of one run.
@@ -101,7 +108,7 @@ class Preparation:
             if rough is not None and model.track.window is not None:
                 profile = LongProfile(Irregularity.of(rough), *span)
             elif rough is not None:
-                profile = Irregularity.of(rough).profile(*span)
+                profile = self._profile(rough, *span)
             own, circumference = self._own_profiles(run, vehicle, contact)
         except ValueError as error:
             raise ValueError(f"run {run}: {error}") from error
@@ -132,8 +139,20 @@ class Preparation:
             tuple(inputs.levels(0.0).tolist()),
         )  # fmt: skip
         if key not in self._static:
-            self._static[key] = static_state(inputs, ground)
+            if len(self._static) >= _KEPT_STATES:
+                self._static.clear()
+            try:
+                self._static[key] = static_state(inputs, ground)
+            except ValueError as error:
+                raise ValueError(f"run {run}: {error}") from error
         return self._static[key]
+
+    def _profile(self, rough: Any, low: float, high: float) -> Profile:
+        """The spline of a surface, made once for the runs that share it; the surface is held, as its id is the key."""
+        key = (id(rough), low, high)
+        if key not in self._profiles:
+            self._profiles[key] = rough, Irregularity.of(rough).spline(low, high)
+        return self._profiles[key][1]
 
     def _vehicle_tables(self, vehicle: Vehicle) -> VehicleTables:
         if id(vehicle) not in self._tables:

@@ -97,7 +97,8 @@ class State:
     vehicle_velocity: np.ndarray | None = None
     """q̇ [m/s, rad/s], as `vehicle`; None for zero."""
     track: np.ndarray | None = None
-    """u [m, -] in the order of the nodes, shape (node, dof) or (run, node, dof); None for zero."""
+    """u [m, -] in the order of the nodes, shape (node, dof) or (run, node, dof); None for zero. Of an imported
+    track in the order of `track.imported.given_row`, shape (row, 1)."""
     track_velocity: np.ndarray | None = None
     """u̇ [m/s, 1/s], as `track`; None for zero."""
 

@@ -8,9 +8,9 @@ import sys
 import tempfile
 import time
 import warnings
-from functools import cache as remembered
 from pathlib import Path
-from typing import Any
+
+from tbatch.cache import cache_folder
 
 _STALE_LOCK_AGE = 300.0
 _SMOKE = """
@@ -55,11 +55,9 @@ def start(threads: int | None = None) -> Runtime:
 
 
 def _init(threads: int, *, vectors: bool, cache: str) -> None:
-    import tbatch.engine.kernels  # noqa: F401  (silences Taichi before its import)
+    import tbatch.engine.kernels  # noqa: F401  (silences Taichi before its import, and hastens its front end)
     import taichi as ti  # isort: skip
 
-    if _running is None:
-        _remember_sources()
     # ti.init prints to stdout whatever log_level says (taichi 1.7.4).
     with contextlib.redirect_stdout(io.StringIO()):
         ti.init(
@@ -73,47 +71,13 @@ def _init(threads: int, *, vectors: bool, cache: str) -> None:
             offline_cache=True,
             offline_cache_file_path=cache,
             log_level=ti.ERROR,
+            advanced_optimization=False,  # LLVM does that work again: 4 s instead of 13 s to compile, 3 % slower steps
         )
 
 
-def _remember_sources() -> None:
-    """Let Taichi read each function's source and word each place in it once.
-
-    Its compiler (1.7.4) searches the source file anew at every inlined call and wraps the text at every syntax node of
-    it, which takes more than half of a start from the cache.
-    """
-    from taichi.lang import kernel_impl
-    from taichi.lang.ast.ast_transformer_utils import ASTTransformerContext
-
-    lines, file = remembered(kernel_impl.getsourcelines), remembered(kernel_impl.getsourcefile)
-    worded = ASTTransformerContext.get_pos_info
-    known: dict[tuple[object, ...], str] = {}
-
-    def source_lines(function: Any) -> tuple[list[str], int]:
-        text, first = lines(function)
-        return list(text), first
-
-    def position(self: Any, node: Any) -> str:
-        place = (node.lineno, node.col_offset, node.end_lineno, node.end_col_offset, type(node))
-        key = (self.file, self.lineno_offset, *place)
-        if key not in known:
-            known[key] = worded(self, node)
-        return known[key]
-
-    kernel_impl.getsourcelines, kernel_impl.getsourcefile = source_lines, file
-    ASTTransformerContext.get_pos_info = position
-
-
 def _cache_folder() -> Path:
-    """A folder that can be written, for compiled kernels: an unwritable one crashes Taichi 1.7.4 at exit."""
-    root = os.environ.get("TBATCH_CACHE") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    folder = Path(root) / "tbatch" / "taichi-1.7.4"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="tbatch-cache-"))
+    """Where compiled kernels are kept: an unwritable folder crashes Taichi 1.7.4 at exit."""
+    folder = cache_folder("taichi-1.7.4") or Path(tempfile.mkdtemp(prefix="tbatch-cache-"))
     # A lock left by a killed process disables the cache for ever, silently.
     for lock in folder.rglob("*.lock"):
         with contextlib.suppress(OSError):

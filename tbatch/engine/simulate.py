@@ -1,7 +1,7 @@
 """Simulate: many runs of one model, in batches sized to memory, each advanced chunk by chunk."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,21 +9,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tbatch.engine.batch import Batch
+from tbatch.engine.footprint import Footprint, longest_chunk, surface_bytes
 from tbatch.engine.histories import Histories
 from tbatch.engine.memory import available_memory
 from tbatch.engine.model import Model
 from tbatch.engine.prepare import Preparation, step_counts
 from tbatch.engine.result import Result, separation_table, summary_table
-from tbatch.engine.rows import EVENT_COLUMNS, LANES, MARKS, PER_WHEEL, MarkRows, MemoryRows
+from tbatch.engine.rows import EVENT_COLUMNS, LANES, MARKS, PER_WHEEL
 from tbatch.engine.runs import Runs, SaveAt, State
+from tbatch.numerics.initial import InitialState
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factorization import FactorisedSparse
 
 LANDING_WINDOW = 5e-3
 """Time after the end of a separation in which its landing force is sought [s]."""
 CHUNK_SECONDS = 0.08
 """Aim for the length of one launch: the unit of progress and cancellation."""
-RUN_STEPS_A_CHUNK = 100_000
-"""Upper bound of a launch's work, which bounds the event log and the sample buffer."""
 MEMORY_SHARE = 0.25
 """Share of the available memory that a batch may take if no limit is given."""
 
@@ -64,53 +65,69 @@ def simulate(
 
     Raises:
         ValueError: If an input is out of range; names what, where and what is accepted.
+        MemoryError: If the histories and results of all runs do not fit into the memory that is free.
     """
     steps = step_counts(model, runs, duration)
     preparation = Preparation(model, runs, steps, initial)
-    histories = Histories(model, save, steps)
     longest = int(steps.max())
+    needs = Footprint.of(model, save=save, steps=longest)
+    _refuse_too_much(needs, len(runs))
+    histories = Histories(model, save, steps)
     collected = _Collected(model, len(runs), int(steps.sum()), progress)
-    # Runs of like length share a batch and a block, so that few lanes idle.
-    waiting = np.argsort(-steps, kind="stable").tolist()
-    limit = _memory_limit() if memory is None else memory
-    while waiting:
-        inputs: list[RunInputs] = []
-        used = 0.0
-        while len(inputs) < len(waiting):
-            one = preparation.inputs(waiting[len(inputs)])
-            used += bytes_per_run(model, one.profile.nbytes)
-            if inputs and used > limit and len(inputs) % LANES == 0:
-                break
-            inputs.append(one)
-        members, waiting = waiting[: len(inputs)], waiting[len(inputs) :]
-        most = max(1, min(longest, RUN_STEPS_A_CHUNK // len(inputs) if chunk is None else chunk))
-        states = [preparation.start(run, one) for run, one in zip(members, inputs, strict=True)]
-        for run, one, state in zip(members, inputs, states, strict=True):
-            histories.begin(run, one, state)
+    # Runs of like length and speed share a batch, so that they can share blocks and few lanes idle.
+    waiting = np.lexsort([runs.start, runs.speed, -steps])
+    limit = MEMORY_SHARE * available_memory() if memory is None else memory
+    for members, inputs in _batches(preparation, waiting.tolist(), needs.stepped, limit):
+        most = longest_chunk(longest, len(inputs), threads) if chunk is None else max(1, min(longest, chunk))
+        states = _starts(preparation, histories, members, inputs)
         batch = Batch(model, inputs, states, collected.statistics, spare_rows=histories.probe_rows_needed, chunk=most)
+        # What the batch was made of is not needed while it is stepped.
+        inputs.clear()
+        preparation.forget()
         _advance(model, batch, members, most, chunk is None, threads, histories, collected)
         collected.finish(batch, members)
+        del batch
     return collected.result(runs, histories)
 
 
-def bytes_per_run(model: Model, profile_bytes: float = 0.0) -> float:
-    """Memory that one run takes in a batch [bytes], its irregularity included.
+def _batches(
+    preparation: Preparation, waiting: Sequence[int], per_run: float, limit: float
+) -> Iterator[tuple[list[int], list[RunInputs]]]:
+    """The runs with their constants, in batches of whole blocks that take at most `limit` bytes, or of one block."""
+    members: list[int] = []
+    inputs: list[RunInputs] = []
+    used, surfaces = 0.0, set[int]()
+    for run in waiting:
+        one = preparation.inputs(run)
+        takes = per_run + surface_bytes(one, surfaces)
+        if inputs and used + takes > limit and len(inputs) % LANES == 0:
+            yield members, inputs
+            members, inputs, used, surfaces = [], [], 0.0, {id(one.profile)}
+            takes = per_run + surface_bytes(one, set())
+        members.append(run)
+        inputs.append(one)
+        used += takes
+    yield members, inputs
 
-    Args:
-        model: The model.
-        profile_bytes: Size of the run's irregularity; 0 for a shared one.
-    """
-    from tbatch.engine.statistics import Statistics
 
-    statistics = Statistics()
-    wheels = model.vehicle.wheel_count
-    at = MemoryRows.of(model.vehicle.dof_count, wheels, len(model.tables.inverse))
-    reals = at.outputs + wheels * statistics.rows + 3 * model.track.node_count * model.track.node_dofs
-    return 8.0 * reals + 4.0 * MarkRows.total(wheels, statistics.counters) + profile_bytes
+def _starts(
+    preparation: Preparation, histories: Histories, members: Sequence[int], inputs: Sequence[RunInputs]
+) -> Iterator[InitialState]:
+    """Initial states of a batch, one after the other; each goes into the histories."""
+    for run, one in zip(members, inputs, strict=True):
+        state = preparation.start(run, one)
+        histories.begin(run, one, state)
+        yield state
 
 
-def _memory_limit() -> float:
-    return MEMORY_SHARE * available_memory()
+def _refuse_too_much(needs: Footprint, runs: int) -> None:
+    """Refuse, before anything is computed, what cannot be kept."""
+    free = available_memory()
+    if runs * needs.kept > free:
+        raise MemoryError(
+            f"histories and results of {runs} runs need {runs * needs.kept / 1e6:,.1f} MB, {free / 1e6:,.1f} MB are "
+            "free: save fewer channels or fewer samples (save.every), or simulate fewer runs at a time"
+        )
 
 
 def _advance(
@@ -127,7 +144,7 @@ def _advance(
     launch = _Launch(model, batch, histories, collected.statistics, most, threads)
     n, count = 0, min(most, 8) if adapt else most
     while batch.active:
-        batch.need_profiles(n, count)
+        batch.need_surfaces(n, count)
         began = time.perf_counter()
         launch(n, count)
         seconds = time.perf_counter() - began
@@ -164,7 +181,8 @@ class _Launch:
         """Advance `count` steps from step `first`."""
         first_sample = first // self._every + 1 if self._every else 0
         batch = self._batch
-        runs = (batch.lockstep, batch.segment_real, batch.segment_whole, batch.coefficients)
+        surfaces = batch.surfaces
+        runs = (batch.lockstep, surfaces.segment_real, surfaces.segment_whole, surfaces.coefficients)
         state = (batch.displacement, batch.velocity, batch.load, batch.memory, batch.marks)
         self._kernel(
             *self._compiled_in, first, count, *self._model, *runs, *state, *self._kept, first_sample, *self._sampled
@@ -182,6 +200,7 @@ def _model_arguments(model: Model, histories: Histories) -> tuple[Any, ...]:
         *line,
         *(window.period, window.period_elements, window.home),
         *kernel_tables(model),
+        *imported_tables(model),
         np.array(model.vehicle.wheel_dofs, np.int32),
         *(histories.probe_rows, histories.probe_shape),
     )
@@ -195,7 +214,21 @@ def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:
     if not factor.node_dofs:
         none = np.zeros(1, np.int32)
         return factor.rows, none, aligned_zeros((1, 1, 1, 4)), none, none
+    if isinstance(factor, FactorisedSparse):
+        # Every element is a class of its own; its window begins with two places for each rail node.
+        none, elements = np.zeros(1, np.int32), np.arange(len(factor.near.rows), dtype=np.int32)
+        return factor.rows, none, aligned(factor.near.columns), elements, 2 * factor.near.first
     return factor.rows, factor.node_class, aligned(factor.columns), factor.element_class, factor.window_start
+
+
+def imported_tables(model: Model) -> tuple[Any, ...]:
+    """What the kernel asks of an imported track beside; never read for other tracks, but it cannot be empty."""
+    factor = model.factor
+    if not isinstance(factor, FactorisedSparse):
+        none, square = np.zeros(1, np.int32), np.zeros((1, 1), np.int32)
+        return np.zeros(1), none, square, 0, square, none, np.zeros((1, 1, 1))
+    rail, near = factor.rail, factor.near
+    return rail.x, rail.row, near.rows, near.rail_places, factor.starts, factor.partner, factor.product
 
 
 class _Collected:

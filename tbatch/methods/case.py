@@ -12,6 +12,7 @@ from tbatch.engine.runs import Runs, SaveAt
 from tbatch.engine.simulate import simulate
 from tbatch.methods.result import MethodResult
 from tbatch.methods.solvers import HHT_ALPHA, hht_alpha, linear_of, newmark_hertz, newmark_linear, two_step
+from tbatch.numerics.inertia import inertia
 from tbatch.numerics.newmark import Newmark
 from tbatch.numerics.two_step import TwoStep
 from tbatch.physics.contact import Contact
@@ -46,7 +47,8 @@ class Case:
     @property
     def point(self) -> float:
         """Mid-track, or the middle of the way if wheel 1 does not come by there [m]."""
-        middle, way = 0.5 * self.model.track.length, self.speed * self.duration
+        track, way = self.model.track, self.speed * self.duration
+        middle = track.begin + 0.5 * track.length
         return middle if self.start < middle < self.start + way else self.start + 0.5 * way
 
     @property
@@ -132,6 +134,13 @@ def highest_frequency(case: Case) -> float:
         spring = rest.constants.exponent * rest.load / np.maximum(rest.constants.approach, 1e-12)
         mass = np.diag(case.model.vehicle.mass)[list(case.model.vehicle.wheel_dofs)]
         return float(np.sqrt((spring / mass).max()))
+    if track.imported is not None:
+        from scipy.sparse.linalg import eigsh
+
+        weights, still = inertia(track)
+        moves = ~still.ravel()
+        stiff, heavy = (part.to_csc()[moves][:, moves] for part in (track.stiffness, weights))
+        return math.sqrt(float(eigsh(stiff, 1, heavy, which="LM", return_eigenvectors=False)[0]))
     # The highest mode is as short as an element: that of a few elements is that of the line.
     few = min(track.node_count, 4 * track.period + 1) * track.node_dofs
     free = track.free.ravel()[:few]

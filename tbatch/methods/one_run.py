@@ -20,10 +20,10 @@ from tbatch.numerics.two_step import TwoStep
 from tbatch.numerics.window import Window
 from tbatch.physics.contact import Contact
 from tbatch.physics.irregularity import Irregularity
+from tbatch.physics.line import Line
 from tbatch.physics.profile import Profile
 from tbatch.physics.rails import common_rails
 from tbatch.physics.static import rest_on_rigid_rail
-from tbatch.physics.track import Track
 from tbatch.physics.vehicle import Vehicle
 
 LANDING_WINDOW = 5e-3
@@ -32,7 +32,7 @@ LANDING_WINDOW = 5e-3
 
 def prepare(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     speed: float,
     irregularity: Any,
@@ -51,10 +51,10 @@ def prepare(
         raise ValueError(f"duration = {duration!r}: a positive, finite time in s is required")
     steps = int(whole_steps(np.array([duration]), step)[0])
     first, last = start - float(vehicle.wheel_offsets.max()), start + speed * steps * step
-    if not (first >= 0.0 and last <= track.length * (1.0 + 1e-12)):
+    if not (first >= track.begin and last <= track.end + 1e-12 * track.length):
         raise ValueError(
             f"start = {start!r}: the wheels would be on x = {first:.3f} ... {last:.3f} m, the track is on "
-            f"0 ... {track.length:.3f} m; choose start, speed and duration accordingly"
+            f"{track.begin:g} ... {track.end:.3f} m; choose start, speed and duration accordingly"
         )
     span = first, max(last, first + 1e-3)
     inputs = RunInputs(

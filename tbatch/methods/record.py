@@ -4,7 +4,7 @@ import numpy as np
 
 from tbatch.engine.runs import SaveAt
 from tbatch.numerics.coupled_run import CoupledRun
-from tbatch.numerics.rows import hermite_at
+from tbatch.numerics.rows import shape_at
 
 LAYERS = ("rail", "slab", "base")
 
@@ -65,9 +65,8 @@ class Recorder:
             if layer not in track.layers:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
             track.locate(save.rail_at)
-            element, _, shape = hermite_at(save.rail_at, track.element_length, track.element_count)
-            first = system.vehicle_dofs + element[:, None] * track.node_dofs + track.layers[layer][0]
-            self._probes[layer] = first + np.array([0, 1, track.node_dofs, track.node_dofs + 1]), shape
+            element, _, shape = shape_at(track, np.asarray(save.rail_at, float))
+            self._probes[layer] = system.vehicle_dofs + track.layer_rows(element, layer), shape
 
     def _value(self, name: str) -> np.ndarray:
         """A channel now."""

@@ -12,7 +12,7 @@ from tbatch.numerics.newmark import Newmark, NewmarkMethod
 from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
 from tbatch.numerics.two_step_run import TwoStepMethod
 from tbatch.physics.contact import Contact
-from tbatch.physics.track import Track
+from tbatch.physics.line import Line
 from tbatch.physics.vehicle import Vehicle
 
 HHT_ALPHA = -0.1
@@ -21,7 +21,7 @@ HHT_ALPHA = -0.1
 
 def newmark_linear(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,
@@ -58,20 +58,15 @@ def newmark_linear(
     Raises:
         ValueError: If an input is out of range.
     """
-    scheme = Newmark(float(step))
-    system, state, steps = prepare(vehicle, track, linear_of(contact), speed, irregularity, start, duration, step,
-                                    initial, local_compliance)  # fmt: skip
-
-    def method() -> Method:
-        frozen = FrozenContact(system.inputs.rest.constants)
-        return NewmarkMethod(CoupledRun(system, state, frozen, refactor=refactor), scheme)
-
-    return carry_out(system, method, steps, scheme.step, save)
+    return hht_alpha(
+        vehicle, track, contact, speed=speed, irregularity=irregularity, start=start, duration=duration, step=step,
+        initial=initial, save=save, local_compliance=local_compliance, refactor=refactor, alpha=0.0,
+    )  # fmt: skip
 
 
 def newmark_hertz(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,
@@ -123,7 +118,7 @@ def newmark_hertz(
 
 def hht_alpha(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,
@@ -173,7 +168,7 @@ def hht_alpha(
 
 def two_step(
     vehicle: Vehicle,
-    track: Track,
+    track: Line,
     contact: Contact,
     *,
     speed: float,

@@ -12,12 +12,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded, inv
+from scipy.linalg import inv
 from scipy.sparse import block_diag, csc_array, diags_array
 
 from tbatch.numerics.initial import InitialState, StaticTrack
-from tbatch.numerics.rows import hermite_at
+from tbatch.numerics.rows import shape_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.scipy_track import ScipyFactor
 
 
 @dataclass(frozen=True)
@@ -76,12 +77,11 @@ class CoupledSystem:
         none = np.zeros((len(x), len(x)))
         if not track.node_dofs:
             return Wheels(self._wheel_dofs, np.ones((len(x), 1)), np.zeros(len(x), int), level, none)
-        element, _, shape = hermite_at(x, track.element_length, track.element_count)
-        first = self.vehicle_dofs + element[:, None] * track.node_dofs
-        rows = np.hstack([self._wheel_dofs, first + np.array([0, 1, track.node_dofs, track.node_dofs + 1])])
+        element, _, shape = shape_at(track, x)
+        rows = np.hstack([self._wheel_dofs, self.vehicle_dofs + track.layer_rows(element)])
         values = np.hstack([np.ones((len(x), 1)), -shape])
         # A rounded last position may stand a bit beyond the last node.
-        compliance = none if self.ground.rail_EI is None else self.ground.compliance(np.minimum(x, track.length))
+        compliance = none if self.ground.rail_EI is None else self.ground.compliance(np.minimum(x, track.end))
         return Wheels(rows, values, element, level, compliance)
 
     def start(self, initial: InitialState) -> tuple[np.ndarray, np.ndarray]:
@@ -106,19 +106,20 @@ class EffectiveMatrix:
         self._weights = stiffness, damping, mass
         inverse = inv(stiffness * vehicle.stiffness + damping * vehicle.damping + mass * vehicle.mass)
         self.inverse = 0.5 * (inverse + inverse.T)
-        self.factor: np.ndarray | None = None
+        self.factor: ScipyFactor | None = None
         self._columns: dict[int, np.ndarray] = {}
         if track.node_dofs:
-            line = track.stiffness * stiffness + track.damping * damping + track.mass * mass
-            self.factor = cholesky_banded(line.pinned(track.pinned, unit=1.0).banded(), lower=True)
-            self._free = (~track.pinned).ravel().astype(float)
+            parts: tuple[Any, ...] = (track.stiffness, track.damping, track.mass)
+            K, C, M = parts
+            line = K * stiffness + C * damping + M * mass
+            self.factor = ScipyFactor(line, track.pinned)
 
     def solve(self, load: np.ndarray) -> np.ndarray:
         """K̂⁻¹ load, zero at pinned dofs; shape (dof,)."""
         y = np.empty_like(load)
         y[: self.split] = self.inverse @ load[: self.split]
         if self.factor is not None:
-            y[self.split :] = cho_solve_banded((self.factor, True), load[self.split :] * self._free, check_finite=False)
+            y[self.split :] = self.factor.solve(load[self.split :])
         return y
 
     @cached_property
@@ -141,10 +142,7 @@ class EffectiveMatrix:
         """K̂⁻¹ columns of an element's four rail dofs, solved when a wheel first comes there; shape (4, track dof)."""
         if element not in self._columns:
             assert self.factor is not None
-            m = self.system.track.node_dofs
-            units = np.zeros((len(self._free), 4))
-            units[element * m + np.array([0, 1, m, m + 1]), np.arange(4)] = 1.0
-            self._columns[element] = np.ascontiguousarray(
-                cho_solve_banded((self.factor, True), units * self._free[:, None], check_finite=False).T
-            )
+            units = np.zeros((self.system.dofs - self.split, 4))
+            units[self.system.track.layer_rows(np.array([element]))[0], np.arange(4)] = 1.0
+            self._columns[element] = np.ascontiguousarray(self.factor.solve(units).T)
         return self._columns[element]

@@ -15,13 +15,17 @@ They decay fast away from the diagonal; the radius is taken from the computed bl
 """
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from tbatch.numerics.pattern import RowPattern, classify, row_table
+from tbatch.numerics.sparse_factor import SparseFactor
+from tbatch.numerics.sparse_factorization import FactorisedSparse, factorise_sparse
 from tbatch.numerics.two_step import TwoStep, effective
-from tbatch.physics.track import Track
+from tbatch.physics.blocks import BlockTridiagonal
+from tbatch.physics.line import Line, TrackMatrix
 
 COLUMN_TOLERANCE = 1e-12
 """Blocks of K̂⁻¹ smaller than this fraction of its diagonal are left out of the columns."""
@@ -163,8 +167,24 @@ def _product(block: np.ndarray, x: np.ndarray) -> np.ndarray:
     return total
 
 
-def factorise(track: Track, scheme: TwoStep) -> FactorisedTrack:
-    """Factorise a track for one step length.
+def factor_of(matrix: TrackMatrix, pinned: np.ndarray) -> BlockFactor | SparseFactor:
+    """Factorise a track's matrix of either form.
+
+    Args:
+        matrix: The matrix [N/m].
+        pinned: True where a dof is held, shape (node, dof).
+
+    Raises:
+        ValueError: If the matrix is not positive definite on the free dofs; names the node.
+    """
+    if isinstance(matrix, BlockTridiagonal):
+        return BlockFactor.of(matrix.diagonal, matrix.lower, pinned)
+    return SparseFactor.of(matrix, pinned)
+
+
+@lru_cache(maxsize=8)
+def factorise(track: Line, scheme: TwoStep) -> FactorisedTrack | FactorisedSparse:
+    """Factorise a track for one step length; the last few stay known, for models that differ in other things only.
 
     Args:
         track: The track; a rigid one gives empty tables.
@@ -178,12 +198,18 @@ def factorise(track: Track, scheme: TwoStep) -> FactorisedTrack:
         rows, columns = np.zeros((rates, 1, 1)), np.zeros((rates, 1, 0, 4))
         return FactorisedTrack(RowPattern.empty(), rows, empty, columns, empty, empty, factors=())
     stiffness, damping, mass = track.stiffness, track.damping, track.mass
+    if not (
+        isinstance(stiffness, BlockTridiagonal)
+        and isinstance(damping, BlockTridiagonal)
+        and isinstance(mass, BlockTridiagonal)
+    ):
+        return factorise_sparse(track, scheme)
     factors = []
     for rate in scheme.rates:
         diagonal = effective(stiffness.diagonal, damping.diagonal, mass.diagonal, rate)
         lower = effective(stiffness.lower, damping.lower, mass.lower, rate)
         factors.append(BlockFactor.of(diagonal, lower, track.pinned))
-    pattern, rows, node_class = row_table(track, factors)
+    pattern, rows, node_class = row_table(mass, damping, factors)
     columns, element_class, window_start = _rail_columns(factors, track.layers["rail"])
     return FactorisedTrack(pattern, rows, node_class, columns, element_class, window_start, factors=tuple(factors))
 

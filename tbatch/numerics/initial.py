@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tbatch.numerics.contact_solve import law, solve_contact
-from tbatch.numerics.factorization import BlockFactor
+from tbatch.numerics.factorization import BlockFactor, factor_of
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factor import SparseFactor
 from tbatch.physics.elements import fixed_fixed_compliance
-from tbatch.physics.track import Track
+from tbatch.physics.line import Line
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +35,12 @@ class InitialState:
 class StaticTrack:
     """Static deflections of a track under unit forces; the columns of each set of positions are solved once."""
 
-    track: Track
+    track: Line
     rail_EI: float | None
     """Bending stiffness for the local rail compliance [N m²]; None to leave it out."""
 
     def __post_init__(self) -> None:
-        self._factor: BlockFactor | None = None
+        self._factor: BlockFactor | SparseFactor | None = None
         self._columns: dict[tuple[float, ...], np.ndarray] = {}
 
     def columns(self, positions: np.ndarray) -> np.ndarray:
@@ -51,8 +52,7 @@ class StaticTrack:
         key = tuple(positions.tolist())
         if key not in self._columns:
             if self._factor is None:
-                stiffness = self.track.stiffness
-                self._factor = BlockFactor.of(stiffness.diagonal, stiffness.lower, self.track.pinned)
+                self._factor = factor_of(self.track.stiffness, self.track.pinned)
             self._columns[key] = self._factor.solve(self.loads(positions))
         return self._columns[key]
 
@@ -61,9 +61,9 @@ class StaticTrack:
         element, shape = self.track.locate(positions)
         load = np.zeros((self.track.node_count, self.track.node_dofs, len(positions)))
         if self.track.node_dofs:
-            for wheel, first in enumerate(element):
-                load[first, :2, wheel] += shape[wheel, :2]
-                load[first + 1, :2, wheel] += shape[wheel, 2:]
+            flat = load.reshape(-1, len(positions))
+            for wheel, rows in enumerate(self.track.layer_rows(element)):
+                flat[rows, wheel] += shape[wheel]
         return load
 
     def flexibility(self, positions: np.ndarray) -> np.ndarray:
@@ -77,9 +77,9 @@ class StaticTrack:
         """Local rail compliance between the wheels that share an element [m/N], shape (wheel, wheel)."""
         if self.rail_EI is None:
             return np.zeros((len(positions), len(positions)))
-        length = self.track.element_length
         element, _ = self.track.locate(positions)
-        local = positions - element * length
+        first, length = self.track.spans(element)
+        local = positions - first
         pairs = fixed_fixed_compliance(local[:, None], local[None, :], length, self.rail_EI)
         return np.where(element[:, None] == element[None, :], pairs, 0.0)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tbatch.physics.track import Track
+from tbatch.physics.blocks import BlockTridiagonal
 
 if TYPE_CHECKING:
     from tbatch.numerics.factorization import BlockFactor
@@ -48,6 +48,10 @@ class RowPattern:
     """Coefficients of D_i⁻¹."""
     back: Rows
     """Coefficients of -B_i, which carry the backward sweep."""
+    sparse: bool = False
+    """An imported track's rows have no common pattern."""
+    linear: bool = False
+    """Straight shapes between the rail nodes, instead of cubic ones."""
 
     @classmethod
     def empty(cls) -> "RowPattern":
@@ -84,11 +88,14 @@ class _Table:
         return Stencil(own, previous, following)
 
 
-def row_table(track: Track, factors: "Sequence[BlockFactor]") -> tuple[RowPattern, np.ndarray, np.ndarray]:
+def row_table(
+    mass: BlockTridiagonal, damping: BlockTridiagonal, factors: "Sequence[BlockFactor]"
+) -> tuple[RowPattern, np.ndarray, np.ndarray]:
     """Draw up the pattern, the coefficients and the node classes of a factorised track.
 
     Args:
-        track: The track.
+        mass: M of the track.
+        damping: C.
         factors: Its factors, one a rate.
 
     Returns:
@@ -96,9 +103,9 @@ def row_table(track: Track, factors: "Sequence[BlockFactor]") -> tuple[RowPatter
     """
     table, rates = _Table(), len(factors)
     pattern = RowPattern(
-        dofs=track.node_dofs,
-        mass=table.stencil(track.mass.diagonal, track.mass.lower, 1.0, rates),
-        damping=table.stencil(track.damping.diagonal, track.damping.lower, -1.0, rates),
+        dofs=mass.node_dofs,
+        mass=table.stencil(mass.diagonal, mass.lower, 1.0, rates),
+        damping=table.stencil(damping.diagonal, damping.lower, -1.0, rates),
         lower=table.rows(-np.stack([factor.lower for factor in factors])),
         pivot=table.rows(np.stack([factor.pivot for factor in factors])),
         back=table.rows(-np.stack([factor.back for factor in factors])),

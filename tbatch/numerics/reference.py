@@ -11,9 +11,12 @@ import numpy as np
 from tbatch.numerics.contact_solve import solve_contact
 from tbatch.numerics.factorization import FactorisedTrack
 from tbatch.numerics.initial import InitialState
-from tbatch.numerics.rows import first_load, hermite_at, products, row_product
+from tbatch.numerics.rows import first_load, products, row_product, shape_at
 from tbatch.numerics.run_inputs import RunInputs
+from tbatch.numerics.sparse_factorization import FactorisedSparse
+from tbatch.numerics.sparse_rows import sparse_sweep
 from tbatch.numerics.two_step import TwoStep
+from tbatch.physics.line import Line
 
 
 @dataclass(eq=False)
@@ -42,24 +45,23 @@ class ReferenceRun:
         scheme: The two-step scheme.
         inputs: The run.
         initial: Its initial state.
-        element_length: Length of a rail element [m].
-        element_count: Number of rail elements.
-        compliance: 1/(6EIℓ³) of the local rail compliance [1/(N m⁵)], 0 to leave it out.
+        line: The track, for the place of its rail.
+        compliance: 1/(6EIℓ³) of the local rail compliance [1/(N m⁵)], 0 to leave it out; without the ℓ³, which varies,
+            for an imported track.
     """
 
     def __init__(
         self,
-        track: FactorisedTrack,
+        track: FactorisedTrack | FactorisedSparse,
         scheme: TwoStep,
         inputs: RunInputs,
         initial: InitialState,
         *,
-        element_length: float,
-        element_count: int,
+        line: Line,
         compliance: float,
     ) -> None:
         self.track, self.scheme, self.inputs = track, scheme, inputs
-        self.element_length, self.element_count, self.compliance = element_length, element_count, compliance
+        self.line, self.compliance = line, compliance
         self.wheel_dofs = list(inputs.vehicle.wheel_dofs)
         self.q, self.q_velocity = initial.displacement.copy(), initial.velocity.copy()
         self.u, self.u_velocity = initial.track.copy(), initial.track_velocity.copy()
@@ -140,6 +142,7 @@ class ReferenceRun:
                 vector[0] = 0.0
             self.passed += 1.0
             self.element -= by
+            self.rows -= by * self.track.node_dofs
             # What the ends' old neighbours put into the load would be a blow there.
             self.load = first_load(self.track, self.scheme, self.u, self.u_velocity)
 
@@ -149,33 +152,32 @@ class ReferenceRun:
     def _place_wheels(self, time: float) -> None:
         """Element, local coordinate, Hermite values and level of every wheel."""
         x = self.inputs.local_positions(time, self.passed)
-        self.element, self.local, self.shape = hermite_at(x, self.element_length, self.element_count)
+        self.element, self.local, self.shape = shape_at(self.line, x)
+        self.rows = self.line.layer_rows(self.element) if self.track.node_dofs else np.zeros((len(x), 4), int)
         self.level = self.inputs.levels(time)
 
     def _rail_value(self, vector: np.ndarray, j: int) -> float:
         """N times the rail dofs under wheel j."""
         if not self.track.node_dofs:
             return 0.0
-        n, (left, right) = self.shape[j], vector[self.element[j] : self.element[j] + 2, :2]
-        return (n[0] * left[0] + n[1] * left[1]) + (n[2] * right[0] + n[3] * right[1])
+        n, u = self.shape[j], vector.ravel()[self.rows[j]]
+        return (n[0] * u[0] + n[1] * u[1]) + (n[2] * u[2] + n[3] * u[3])
 
     def _push_rail(self) -> None:
         """Add Nᵀ F to the track's load."""
         if not self.track.node_dofs:
             return
+        flat = self.load.reshape(-1)
         for j, force in enumerate(self.force):
-            self.load[self.element[j], :2] += self.shape[j, :2] * force
-            self.load[self.element[j] + 1, :2] += self.shape[j, 2:] * force
+            flat[self.rows[j]] += self.shape[j] * force
 
     def _gather(self, rate: int, j: int) -> float:
         """N K̂⁻¹ load under wheel j: where the rail would be without the new contact forces."""
         track = self.track
         if not track.node_dofs:
             return 0.0
-        columns = track.columns[rate, track.element_class[self.element[j]]]
-        first = track.window_start[self.element[j]]
-        chains = track.node_dofs // 2
-        parts = columns * self.load.ravel()[first : first + track.window_rows, None]
+        columns, rows, chains = self._near_rail(rate, j)
+        parts = columns * self.load.ravel()[rows, None]
         chained = np.add.accumulate(parts.reshape(-1, chains, 4), axis=0)[-1]
         y = chained[0]
         for chain in range(1, chains):
@@ -185,24 +187,47 @@ class ReferenceRun:
 
     def _flexibility(self, rate: int, i: int, j: int) -> float:
         """N_i K̂⁻¹ N_jᵀ and the local rail compliance, for j <= i."""
-        track, dofs, length = self.track, self.track.node_dofs, self.element_length
+        track, dofs = self.track, self.track.node_dofs
         total = 0.0
         if self.element[i] == self.element[j]:
+            length, compliance = self._element(self.element[i])
             x = length * min(self.local[i], self.local[j])
             a = length * max(self.local[i], self.local[j])
             c = length - a
-            total = self.compliance * (c * c * x * x * (3.0 * a * length - x * (3.0 * a + c)))
+            total = compliance * (c * c * x * x * (3.0 * a * length - x * (3.0 * a + c)))
         if not dofs:
             return total
         near = 0.0
-        other = self.element[j] * dofs - track.window_start[self.element[i]]
-        if other >= 0 and other + dofs + 1 < track.window_rows:
-            columns = track.columns[rate, track.element_class[self.element[i]]]
+        if isinstance(track, FactorisedSparse):
+            # Of the places near an element, the rail's come first, two a node.
+            dofs, places = 2, track.near.rail_places
+            other = 2 * (self.element[j] - track.near.first[self.element[i]])
+        else:
+            other, places = self.element[j] * dofs - track.window_start[self.element[i]], track.window_rows
+        if other >= 0 and other + dofs + 1 < places:
+            columns, _, _ = self._near_rail(rate, i)
             n = self.shape[i]
             for part in range(4):
                 g = columns[other + (part // 2) * dofs + part % 2]
                 near = near + self.shape[j, part] * ((n[0] * g[0] + n[1] * g[1]) + (n[2] * g[2] + n[3] * g[3]))
         return total + near
+
+    def _near_rail(self, rate: int, j: int) -> tuple[np.ndarray, np.ndarray, int]:
+        """K̂⁻¹ columns near the element under wheel j, their rows, and the number of interleaved sums over them."""
+        track, element = self.track, self.element[j]
+        if isinstance(track, FactorisedSparse):
+            return track.near.columns[rate, element], track.near.rows[element], 2
+        first = track.window_start[element]
+        rows = np.arange(first, first + track.window_rows)
+        return track.columns[rate, track.element_class[element]], rows, track.node_dofs // 2
+
+    def _element(self, element: int) -> tuple[float, float]:
+        """Length of an element [m] and its 1/(6EIℓ³)."""
+        if self.line.imported is None:
+            return self.line.element_length, self.compliance
+        x = self.line.imported.rail.x
+        length = float(x[element + 1] - x[element])
+        return length, self.compliance / (length * length * length)
 
     def _solve_contact(self, rate: int, wheels: np.ndarray, rail: list[float]) -> bool:
         """Contact forces at the end of a substep from where wheels and rail would be without them."""
@@ -220,11 +245,13 @@ class ReferenceRun:
 
     def _sweep(self, rate: int) -> np.ndarray:
         """K̂⁻¹ load, by the forward and backward sweep."""
-        track, pattern = self.track, self.track.pattern
+        track = self.track
+        if isinstance(track, FactorisedSparse):
+            return sparse_sweep(track, rate, self.load)
         if not track.node_dofs:
             return self.load
         solution = np.empty_like(self.load)
-        t = [0.0] * pattern.dofs
+        pattern, t = track.pattern, [0.0] * track.node_dofs
         table = track.rows[rate].tolist()
         for node, kind in enumerate(track.node_class):
             values = table[kind]

@@ -1,4 +1,4 @@
-"""Rows of the track's tables times vectors, and Hermite values, in the kernels' order of operations."""
+"""Rows of the track's tables times vectors, and shape values, in the kernels' order of operations."""
 
 from typing import Any
 
@@ -6,7 +6,25 @@ import numpy as np
 
 from tbatch.numerics.factorization import FactorisedTrack
 from tbatch.numerics.pattern import Row
+from tbatch.numerics.sparse_factorization import FactorisedSparse
+from tbatch.numerics.sparse_rows import sparse_products
 from tbatch.numerics.two_step import TwoStep
+from tbatch.physics.line import Line
+
+
+def shape_at(track: Line, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Element, local coordinate and shape values of a track at x, in the kernels' order of operations.
+
+    Args:
+        track: The track.
+        x: Positions [m], shape (point,).
+
+    Returns:
+        Element, shape (point,); local coordinate [-], shape (point,); values of (w1, theta1, w2, theta2), (point, 4).
+    """
+    if track.imported is not None:
+        return track.imported.rail.place(x)
+    return hermite_at(x, track.element_length, track.element_count)
 
 
 def hermite_at(x: np.ndarray, element_length: float, element_count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -32,7 +50,9 @@ def hermite_at(x: np.ndarray, element_length: float, element_count: int) -> tupl
     return element, s, np.stack(shape, axis=1)
 
 
-def first_load(track: FactorisedTrack, scheme: TwoStep, u: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+def first_load(
+    track: FactorisedTrack | FactorisedSparse, scheme: TwoStep, u: np.ndarray, velocity: np.ndarray
+) -> np.ndarray:
     """Load of substep 1 without contact forces, (4/h) [M ((2/h) u₀ + v₀) + C u₀].
 
     Args:
@@ -41,12 +61,16 @@ def first_load(track: FactorisedTrack, scheme: TwoStep, u: np.ndarray, velocity:
         u: Displacements u₀ [m, -], shape (node, dof).
         velocity: Velocities v₀ [m/s, 1/s], shape (node, dof).
     """
+    if isinstance(track, FactorisedSparse):
+        return sparse_products(track, 1, velocity, u)
     two_h, four_h = 2.0 / scheme.first, 4.0 / scheme.first
     return products(track, len(track.rows) - 1, four_h * (two_h * u + velocity), 0.0 - four_h * u)
 
 
-def products(track: FactorisedTrack, rate: int, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+def products(track: FactorisedTrack | FactorisedSparse, rate: int, p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """M p - C q of the track, shape (node, dof) as p and q."""
+    if isinstance(track, FactorisedSparse):
+        return sparse_products(track, 0, p, q)
     if not track.node_dofs:
         return np.zeros_like(p)
     table, mass, damping = track.rows[rate][track.node_class].T, track.pattern.mass, track.pattern.damping

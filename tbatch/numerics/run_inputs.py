@@ -78,12 +78,10 @@ class RunInputs:
         """Positions on the stepped line after it has moved by `passed` periods [m], shape (wheel,)."""
         return self.positions(time) - passed * self.window.period
 
-    def profile_between(self, first: int, last: int, step: float) -> Profile:
-        """The profile that the wheels need from step `first` to step `last` of length `step` [s]."""
-        if isinstance(self.profile, Profile):
-            return self.profile
+    def visited(self, first: int, last: int, step: float) -> tuple[float, float]:
+        """Smallest and largest x under any wheel from step `first` to step `last` of length `step` [s]."""
         low, high = (self.start + self.speed * min(n, self.steps) * step for n in (first, last))
-        return self.profile.covering(low - float(self.vehicle.wheel_offsets.max()), high)
+        return low - float(self.vehicle.wheel_offsets.max()), high
 
     def levels(self, time: float) -> np.ndarray:
         """r_j [m], irregularity and wheel profile under each wheel at a time [s], shape (wheel,)."""

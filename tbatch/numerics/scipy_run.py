@@ -9,7 +9,7 @@ import numpy as np
 
 from tbatch.numerics.contact_solve import solve_contact
 from tbatch.numerics.initial import InitialState, StaticTrack
-from tbatch.numerics.rows import hermite_at
+from tbatch.numerics.rows import shape_at
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.numerics.scipy_track import ScipyTrack
 
@@ -57,9 +57,9 @@ class ScipyRun:
         """Rail dofs and Hermite values under the wheels, shape (wheel, 4) each."""
         ground = self.track.track
         self.positions = self.inputs.local_positions(time, self.inputs.passed)
-        self.element, _, self.shape = hermite_at(self.positions, ground.element_length, ground.element_count)
+        self.element, _, self.shape = shape_at(ground, self.positions)
         self.rail_dofs = 2 * self.element[:, None] + np.arange(4)
-        self.rows = self.element[:, None] * ground.node_dofs + np.array([0, 1, ground.node_dofs, ground.node_dofs + 1])
+        self.rows = ground.layer_rows(self.element)
 
     def _substep(
         self, rate: int, time: float, load: np.ndarray, q_load: np.ndarray, u0: np.ndarray, q0: np.ndarray

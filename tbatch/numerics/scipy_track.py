@@ -1,12 +1,43 @@
-"""A track's matrices and factors in SciPy's forms: banded Cholesky for K̂, sparse products."""
+"""A track's matrices and factors in SciPy's forms: sparse products; banded Cholesky for K̂.
+
+K̂ of an imported track is not banded: SuperLU factorises it, in an order of its own.
+"""
 
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.sparse.linalg import splu
 
 from tbatch.numerics.two_step import TwoStep, effective
-from tbatch.physics.track import Track
+from tbatch.physics.blocks import BlockTridiagonal
+from tbatch.physics.line import Line, TrackMatrix
+
+
+class ScipyFactor:
+    """One matrix of a track, factorised by SciPy; solutions vanish at pinned dofs whatever the load.
+
+    Args:
+        matrix: The matrix.
+        pinned: True where a dof is held, shape (node, dof).
+    """
+
+    def __init__(self, matrix: TrackMatrix, pinned: np.ndarray) -> None:
+        regular = matrix.pinned(pinned, unit=1.0)
+        self.free = (~pinned).ravel().astype(float)
+        self._band = self._solver = None
+        if isinstance(regular, BlockTridiagonal):
+            self._band = cholesky_banded(regular.banded(), lower=True)
+        else:
+            self._solver = splu(regular.to_csc())
+
+    def solve(self, load: np.ndarray) -> np.ndarray:
+        """The matrix's inverse times a load, shape (node * dof, ...)."""
+        moving = load * self.free.reshape(-1, *(1,) * (load.ndim - 1))
+        if self._band is not None:
+            return cho_solve_banded((self._band, True), moving, check_finite=False)
+        assert self._solver is not None
+        return self._solver.solve(moving)
 
 
 class ScipyTrack:
@@ -17,28 +48,27 @@ class ScipyTrack:
         scheme: The two-step scheme.
     """
 
-    def __init__(self, track: Track, scheme: TwoStep) -> None:
+    def __init__(self, track: Line, scheme: TwoStep) -> None:
         self.track, self.scheme = track, scheme
         self.stiffness, self.damping, self.mass = (
             part.to_csc().tocsr() for part in (track.stiffness, track.damping, track.mass)
         )
-        matrices = [effective(track.stiffness, track.damping, track.mass, rate) for rate in scheme.rates]
-        self.factors = [cholesky_banded(one.pinned(track.pinned, unit=1.0).banded(), lower=True) for one in matrices]
-        self.free = (~track.pinned).ravel().astype(float)
+        K, C, M = track.stiffness, track.damping, track.mass
+        self.factors = [ScipyFactor(effective(K, C, M, rate), track.pinned) for rate in scheme.rates]
 
     @cached_property
     def columns(self) -> list[np.ndarray]:
-        """K̂⁻¹ at all rail dofs [m/N], one array a rate, shape (2 * node, node * dof)."""
+        """K̂⁻¹ at all rail dofs [m/N], one array a rate, shape (2 * rail node, node * dof)."""
         track = self.track
-        rail = (np.arange(track.node_count)[:, None] * track.node_dofs + np.arange(2)).ravel()
+        rows = track.layer_rows(np.arange(track.element_count))
+        rail = np.append(rows[:, :2].ravel(), rows[-1, 2:])
         units = np.zeros((track.node_count * track.node_dofs, len(rail)))
-        units[rail, np.arange(len(rail))] = self.free[rail]
-        return [np.ascontiguousarray(cho_solve_banded((factor, True), units).T) for factor in self.factors]
+        units[rail, np.arange(len(rail))] = 1.0
+        return [np.ascontiguousarray(factor.solve(units).T) for factor in self.factors]
 
     def solve(self, rate: int, load: np.ndarray) -> np.ndarray:
         """K̂⁻¹ load, zero at pinned dofs; shape (node * dof, ...)."""
-        free = self.free.reshape(-1, *(1,) * (load.ndim - 1))
-        return cho_solve_banded((self.factors[rate], True), load * free, check_finite=False)
+        return self.factors[rate].solve(load)
 
     def advance(
         self, u: np.ndarray, velocity: np.ndarray, first: np.ndarray, second: np.ndarray

@@ -6,12 +6,13 @@ a pulse in the middle of a line, against a line of twice the length.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from tbatch.numerics.scipy_track import ScipyTrack
 from tbatch.numerics.two_step import TwoStep
-from tbatch.physics.track import Track
+from tbatch.physics.line import Line
 
 MARGINS = (10.0, 15.0, 20.0, 30.0, 45.0, 60.0, 90.0, 120.0, 180.0, 240.0, 360.0)
 """Lengths of track beyond the outer wheels that are tried [m]."""
@@ -48,8 +49,9 @@ class Window:
         return 0 if self.period == 0.0 else int(np.floor((position - self.home) / self.period)) + 1
 
 
-def make_window(track: Track, wheelbase: float, tolerance: float) -> tuple[Track, Window]:
-    """The line that is stepped in place of an endless track.
+@lru_cache(maxsize=8)
+def make_window(track: Line, wheelbase: float, tolerance: float) -> tuple[Line, Window]:
+    """The line that is stepped in place of an endless track; the last few stay known, as the measurement takes seconds.
 
     Args:
         track: The endless track.
@@ -57,7 +59,8 @@ def make_window(track: Track, wheelbase: float, tolerance: float) -> tuple[Track
         tolerance: Largest echo accepted, relative to the pulse [-].
 
     Returns:
-        The line and how it follows the vehicle.
+        The line and how it follows the vehicle. The echo is the largest difference that the ends make to the deflection
+        under the pulse, relative to its peak.
 
     Raises:
         ValueError: If no margin up to the longest tried is enough.
@@ -67,8 +70,14 @@ def make_window(track: Track, wheelbase: float, tolerance: float) -> tuple[Track
     if not 0.0 < tolerance < 1.0:
         raise ValueError(f"window_tolerance = {tolerance!r}: a number between 0 and 1 (exclusive) is required")
     echo = np.inf
+    responses: dict[float, np.ndarray] = {}
     for margin in MARGINS:
-        echo = _echo(track, margin)
+        # Twice one margin is often another.
+        for length in (margin, 2.0 * margin):
+            if length not in responses:
+                responses[length] = _pulse_response(track, length)
+        near, far = responses[margin], responses[2.0 * margin]
+        echo = float(np.abs(near - far).max() / np.abs(far).max())
         if echo <= tolerance:
             break
     else:
@@ -81,13 +90,7 @@ def make_window(track: Track, wheelbase: float, tolerance: float) -> tuple[Track
     return line, Window(period, track.period, margin + wheelbase + period, margin, echo)
 
 
-def _echo(track: Track, margin: float) -> float:
-    """Largest difference that ends at `margin` make to the deflection under a pulse, relative to its peak."""
-    near, far = (_pulse_response(track, length) for length in (margin, 2.0 * margin))
-    return float(np.abs(near - far).max() / np.abs(far).max())
-
-
-def _pulse_response(track: Track, margin: float) -> np.ndarray:
+def _pulse_response(track: Line, margin: float) -> np.ndarray:
     """Deflection under a half-sine pulse on a seat, with `margin` of track to either side [m per N], shape (step,)."""
     assert track.window is not None
     period = track.period * track.element_length

@@ -49,7 +49,7 @@ def hermite(t: ArrayLike, length: float) -> FloatArray:
     )
 
 
-def fixed_fixed_compliance(x: ArrayLike, at: ArrayLike, length: float, EI: float) -> FloatArray:
+def fixed_fixed_compliance(x: ArrayLike, at: ArrayLike, length: float | FloatArray, EI: float) -> FloatArray:
     """Return the deflection at `x` of an element clamped at both ends under a unit force at `at` [m/N].
 
     This is what a cubic element lacks: added to the deflection N u of the element, it gives the exact static deflection

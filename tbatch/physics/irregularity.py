@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tbatch.physics.defects import Flat
+from tbatch.physics.endless_waves import EndlessWaves
 from tbatch.physics.level import Level, read_level
-from tbatch.physics.partition import extend, overlay
+from tbatch.physics.partition import Piece, extend, overlay
 from tbatch.physics.profile import Profile
 from tbatch.physics.spectra import Density
 from tbatch.physics.terms import Function, FunctionTerm, TaperedTerm, Term, sum_on_grid, sum_terms
@@ -66,18 +67,16 @@ class Irregularity:
             tail: n for S ∝ f⁻ⁿ from `tail_from` on; None for the formula alone.
             tail_from: where the tail takes over [cycle/m]; None for the spectrum's own.
             scale: multiplies r (the amplitude; the density grows with its square).
-            period: the span that all wheels visit must be shorter [m].
+            period: the span that all wheels visit must be shorter [m]; inf for a line without end, on which independent
+                realisations are blended (`tbatch.physics.endless_waves`).
             amplitudes: "fixed" gives every sample the same variance; "rayleigh" draws a_k from a Rayleigh distribution
                 with the same mean square, which makes r Gaussian.
         """
+        density = Density(name, tail, tail_from)
+        if period == math.inf:
+            return cls((EndlessWaves.drawn(density, wavelengths, seed, sample, scale, amplitudes),))
         waves = Waves.drawn(
-            Density(name, tail, tail_from),
-            wavelengths,
-            seed=seed,
-            sample=sample,
-            scale=scale,
-            period=period,
-            amplitudes=amplitudes,
+            density, wavelengths, seed=seed, sample=sample, scale=scale, period=period, amplitudes=amplitudes
         )
         return cls((waves,))
 
@@ -192,11 +191,6 @@ class Irregularity:
         low, high = float(x_low), float(x_high)
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise ValueError(f"x_low, x_high = {x_low!r}, {x_high!r}: accepted are two places in rising order [m]")
-        if high - low > self.period:
-            raise ValueError(
-                f"a span of {high - low:.6g} m was asked of an irregularity that repeats itself after"
-                f" period = {self.period:g} m: give Irregularity.spectrum a longer period"
-            )
         profile = self._profiles.get((low, high))
         if profile is None:
             profile = self.spline(low, high)
@@ -206,13 +200,23 @@ class Irregularity:
         return profile
 
     def spline(self, low: float, high: float) -> Profile:
-        """As `profile`, between two places in rising order within one period, and not kept."""
+        """As `profile`, between two places in rising order, and not kept."""
         if not self.terms:
             return Profile.zero()
+        if high - low > self.period:
+            raise ValueError(
+                f"a span of {high - low:.6g} m was asked of an irregularity that repeats itself after"
+                f" period = {self.period:g} m: give Irregularity.spectrum a longer period"
+            )
+        return Profile.from_pieces(self._partition(low, high), partial(sum_on_grid, self.terms))
+
+    def coefficient_count(self, low: float, high: float) -> int:
+        """Number of coefficients that the spline between two places has; its values are not computed."""
+        return sum(piece.intervals + 3 for piece in self._partition(low, high)) if self.terms else 4
+
+    def _partition(self, low: float, high: float) -> list[Piece]:
         pieces = overlay([term.pieces(low, high) for term in self.terms], low, high)
-        if all(term.everywhere for term in self.terms):
-            pieces = extend(pieces)
-        return Profile.from_pieces(pieces, partial(sum_on_grid, self.terms))
+        return extend(pieces) if all(term.everywhere for term in self.terms) else pieces
 
     def __reduce__(self) -> tuple[type, tuple[tuple[Term, ...]]]:
         """Pickle the terms, not the kept profiles."""

@@ -5,13 +5,16 @@ import re
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tbatch.physics.partition import Piece, points
 from tbatch.physics.profile import Profile
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +33,7 @@ class Level:
     """level, positive where the rail is lower [m], shape (point,)"""
     period = math.inf
     everywhere = False
-    _spline: CubicSpline = field(init=False, repr=False)
+    _spline: "CubicSpline" = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the points and fit the spline."""
@@ -46,6 +49,8 @@ class Level:
         for name, value in (("x", x), ("r", r)):
             value.flags.writeable = False
             object.__setattr__(self, name, value)
+        from scipy.interpolate import CubicSpline  # 0.15 s, which a scenario without a measured level need not wait
+
         object.__setattr__(self, "_spline", CubicSpline(self.x, self.r))
 
     @property

@@ -10,7 +10,7 @@ from tbatch.physics.profile import Profile
 
 FloatArray = NDArray[np.float64]
 
-PIECE = 256.0
+PIECE = 128.0
 """Length of a piece [m]; pieces begin at its multiples, so that they do not depend on when they are asked for."""
 OVERLAP = 2.0
 """Neighbouring pieces are held together while a wheel is this close to their border [m]."""
@@ -31,30 +31,37 @@ class LongProfile:
         if self.high - self.low > self.irregularity.period:
             raise ValueError(
                 f"a span of {self.high - self.low:g} m repeats an irregularity of period = "
-                f"{self.irregularity.period:g} m; the period must be longer than the span"
+                f"{self.irregularity.period:g} m; give Irregularity.spectrum a longer period, or inf on an endless line"
             )
 
     @property
     def nbytes(self) -> int:
-        """Memory of the coefficients held at a time, at most [bytes]: those of two pieces."""
-        begin = self.covering(self.low, self.low)
-        return int(begin.nbytes * min(2.0 * PIECE, self.high - self.low) / min(PIECE, self.high - self.low))
+        """Memory of the coefficients held at a time [bytes]: those of two pieces, or of all where that is less."""
+        return 8 * self.irregularity.coefficient_count(self.low, min(self.low + 2.0 * PIECE, self.high))
+
+    def places(self, low: float, high: float) -> range:
+        """Numbers of the pieces that evaluations from `low` to `high` [m] need."""
+        first, last = (int(np.floor(end / PIECE)) for end in (self.low, self.high))
+        begin = min(max(int(np.floor((low - OVERLAP) / PIECE)), first), last)
+        return range(begin, max(min(int(np.floor((high + OVERLAP) / PIECE)), last), first) + 1)
+
+    def take(self, place: int) -> Profile:
+        """A piece by its number, given away if it is held here."""
+        return self._pieces.pop(place) if place in self._pieces else self._made(place)
 
     def covering(self, low: float, high: float) -> Profile:
         """The pieces that evaluations from `low` to `high` [m] need, as one profile; earlier ones are dropped."""
-        first, last = (int(np.floor(end / PIECE)) for end in (self.low, self.high))
-        begin = max(int(np.floor((low - OVERLAP) / PIECE)), first)
-        end = min(int(np.floor((high + OVERLAP) / PIECE)), last)
-        begin, end = min(begin, last), max(end, first)
-        self._pieces = {place: profile for place, profile in self._pieces.items() if place >= begin}
-        return _joined([self._piece(place) for place in range(begin, end + 1)])
+        places = self.places(low, high)
+        self._pieces = {place: profile for place, profile in self._pieces.items() if place >= places.start}
+        for place in places:
+            if place not in self._pieces:
+                self._pieces[place] = self._made(place)
+        return _joined([self._pieces[place] for place in places])
 
-    def _piece(self, place: int) -> Profile:
-        if place not in self._pieces:
-            low, high = max(place * PIECE, self.low), min((place + 1) * PIECE, self.high)
-            # A piece that only touches the span's end still needs a length.
-            self._pieces[place] = self.irregularity.spline(min(low, high - 1e-3), high)
-        return self._pieces[place]
+    def _made(self, place: int) -> Profile:
+        low, high = max(place * PIECE, self.low), min((place + 1) * PIECE, self.high)
+        # A piece that only touches the span's end still needs a length.
+        return self.irregularity.spline(min(low, high - 1e-3), high)
 
     def __call__(self, x: ArrayLike) -> FloatArray:
         """The value r(x) [m], same shape as x."""
@@ -62,13 +69,17 @@ class LongProfile:
         return self.covering(float(points.min()), float(points.max()))(points)
 
 
+def kept_segments(piece: Profile, limit: float) -> int:
+    """Segments of a piece that stay where the next piece holds from `limit` [m] on: those that begin before."""
+    return int(np.searchsorted(piece.start, limit, side="left"))
+
+
 def _joined(pieces: list[Profile]) -> Profile:
     """Adjacent profiles as one; a segment that begins where the next piece already holds gives way to it."""
     starts, inverses, intervals, firsts, coefficients = [], [], [], [], []
     used = 0
     for number, piece in enumerate(pieces):
-        limit = pieces[number + 1].start[0] if number + 1 < len(pieces) else np.inf
-        kept = piece.start < limit
+        kept = slice(kept_segments(piece, pieces[number + 1].start[0] if number + 1 < len(pieces) else np.inf))
         starts.append(piece.start[kept])
         inverses.append(piece.inverse_spacing[kept])
         intervals.append(piece.intervals[kept])

@@ -128,13 +128,13 @@ def warn_outside_band(density: Density, wavelengths: tuple[float, float]) -> Non
         warnings.warn(
             f"wavelengths = ({short:g}, {long:g}) m leave the valid band of {density.name},"
             f" {low:g} to {high:g} m{hint}",
-            stacklevel=4,
+            stacklevel=5,
         )
     if short < _CONTACT_PATCH:
         warnings.warn(
             f"wavelengths from {short:g} m: roughness shorter than the contact patch (about {_CONTACT_PATCH:g} m)"
             " needs a contact filter",
-            stacklevel=4,
+            stacklevel=5,
         )
 
 

@@ -1,7 +1,8 @@
 """Tracks: layers of beams, node by node along the line."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,47 +10,16 @@ from numpy.typing import ArrayLike
 from tbatch.physics.blocks import BlockTridiagonal
 from tbatch.physics.catalogue.entry import complete
 from tbatch.physics.catalogue.tracks import SLAB_TRACKS, WINKLER_TRACKS
-from tbatch.physics.elements import hermite
-from tbatch.physics.quantities import FloatArray, positive, rail_count, whole_number
+from tbatch.physics.imported.checks import GivenMatrix
+from tbatch.physics.imported.matrices import ImportedMatrices
+from tbatch.physics.line import Line
+from tbatch.physics.quantities import positive, rail_count, whole_number
 from tbatch.physics.slab import SlabParameters, accept_rayleigh
 from tbatch.physics.winkler import WinklerParameters
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """M ü + C u̇ + K u = Nᵀ F: a line of equal elements from x = 0, with the vertical dofs at both ends pinned.
-
-    Dof (node i, local dof r) is row i * node_dofs + r; node i is at x = i * element_length. Each layer has two local
-    dofs, w (down) and theta = dw/dx. Displacements are measured from the track's own static equilibrium.
-    """
-
-    kind: str
-    """'slab', 'winkler', 'beam' or 'rigid'"""
-    length: float
-    """[m]"""
-    element_count: int
-    layers: Mapping[str, tuple[int, int]]
-    """local dofs (w, theta) of each layer; the rail is first; empty for a rigid track"""
-    mass: BlockTridiagonal
-    """M, rows and columns of pinned dofs zero"""
-    damping: BlockTridiagonal
-    """C, likewise"""
-    stiffness: BlockTridiagonal
-    """K, likewise"""
-    pinned: np.ndarray
-    """true where a dof is held at zero, shape (node, m)"""
-    period: int
-    """elements per structural period: those of a bay"""
-    rail_EI: float | None
-    """bending stiffness of the rail [N m2], of both if rails = 2; None if not known"""
-    rails: int | None
-    """1: half model, 2: whole model, None: either"""
-    name: str
-    source: str = ""
-    parameters: SlabParameters | WinklerParameters | None = None
-    """the numbers it was built from"""
-    window: "Callable[[float], Track] | None" = None
-    """of an endless track: makes the finite line of a length [m] that is stepped in its place; None for a finite one"""
+class Track(Line):
+    """A line with the ways to build one."""
 
     @classmethod
     def slab(
@@ -206,67 +176,93 @@ class Track:
     @classmethod
     def ballast(cls, *_: object, **__: object) -> "Track":
         """Refuse: ballasted tracks are not built yet."""
-        raise ValueError("track 'ballast': not yet; built are slab, winkler, beam and rigid")
+        raise ValueError("track 'ballast': not yet; built are slab, winkler, beam, rigid and from_matrices")
 
     @classmethod
-    def from_matrices(cls, *_: object, **__: object) -> "Track":
-        """Refuse: imported tracks are not built yet."""
-        raise ValueError("track from matrices: not yet; built are slab, winkler, beam and rigid")
+    def from_matrices(
+        cls,
+        mass: GivenMatrix,
+        damping: GivenMatrix,
+        stiffness: GivenMatrix,
+        *,
+        rail_x: ArrayLike,
+        rail_w: Sequence[int] | np.ndarray,
+        rail_theta: Sequence[int] | np.ndarray | None = None,
+        rail_EI: float | None = None,
+        rails: int | None = None,
+        name: str = "matrices",
+        source: str = "",
+    ) -> "Track":
+        """Return a track of any matrices, as finite element software writes them; docs/substructures.md has the rules.
 
-    @property
-    def element_length(self) -> float:
-        """Length of an element [m]."""
-        return self.length / self.element_count
-
-    @property
-    def node_count(self) -> int:
-        """Number of nodes, one more than elements."""
-        return self.element_count + 1
-
-    @property
-    def node_dofs(self) -> int:
-        """Number m of dofs of a node, pinned ones included; 0 for a rigid track."""
-        return self.mass.node_dofs
-
-    @property
-    def free(self) -> np.ndarray:
-        """True where a dof moves, shape (node, m)."""
-        return ~self.pinned
-
-    def locate(self, x: ArrayLike) -> tuple[np.ndarray, FloatArray]:
-        """Return the element under each position and the shape values N there.
+        Rows may stand in any order. Wheels run from the first to the last rail node.
 
         Args:
-            x: positions [m], shape (...), within the track.
+            mass: M [kg, kg m, kg m2], shape (n, n), dense or sparse, symmetric, no motion with a negative mass.
+            damping: C [N s/m, ...], likewise.
+            stiffness: K [N/m, ...], symmetric and positive definite on the dofs that are not held.
+            rail_x: places of the rail's nodes [m], shape (node,), at any distances, in any order.
+            rail_w: row of each node's vertical dof, from 0; -1 where it is held and not in the matrices.
+            rail_theta: row of each node's rotation about the cross axis, likewise; None where the rail has none, and
+                wheels then follow straight lines between its nodes.
+            rail_EI: bending stiffness of the rail [N m2], for the local rail compliance; None leaves it out.
+            rails: 1, 2 or None for either. It labels the numbers and never rescales them.
+            name: name in messages and tables.
+            source: where the matrices come from.
 
-        Returns:
-            element, which is its first node, shape (...); values of (w1, theta1, w2, theta2), shape (..., 4).
+        Raises:
+            ValueError: Naming the matrix, the entry and what is accepted.
         """
-        position = np.asarray(x, dtype=np.float64)
-        if (position < 0.0).any() or (position > self.length * (1.0 + 1e-12)).any() or np.isnan(position).any():
-            raise ValueError(f"x = {x!r}: must be from 0 to {self.length:g} [m]")
-        count, a = self.element_count, self.element_length
-        element = np.clip(np.floor(position / a).astype(np.int64), 0, count - 1)
-        return element, hermite(position / a - element, a)
+        matrices = ImportedMatrices.of(mass, damping, stiffness, rail_x, rail_w, rail_theta)
+        return cls(
+            **matrices.line(rail_EI),
+            kind="matrices",
+            layers={"rail": (0, 1)},
+            period=1,
+            rails=rail_count("track.rails", rails),
+            name=name,
+            source=source,
+            imported=matrices,
+        )
 
-    def describe_rows(self) -> list[tuple[str, str]]:
-        """Return the track's facts as (label, text)."""
-        rails = {1: "half (one rail)", 2: "whole (two rails)", None: "half or whole"}[self.rails]
-        rows = [
-            ("track", self.name if not self.source else f"{self.name} ({self.source})"),
-            ("track rails", rails),
-            ("track length", f"{self.length:g} m" if self.window is None else f"endless, {self.length:g} m stepped"),
-        ]
-        if self.kind == "rigid":
-            return rows
-        free = int(self.free.sum())
-        rows += [
-            ("track elements", f"{self.element_count} of {self.element_length:g} m, {self.period} per period"),
-            ("track dofs", f"{self.pinned.size}, {free} free; layers {', '.join(self.layers)}"),
-        ]
-        if isinstance(self.parameters, SlabParameters):
-            rows.append(("mortar and subgrade", f"given per {self.parameters.per}"))
-        return rows
+    @classmethod
+    def from_files(
+        cls,
+        *,
+        mass: str | Path,
+        stiffness: str | Path,
+        nodes: str | Path,
+        damping: str | Path | None = None,
+        mapping: str | Path | None = None,
+        units: str = "m-kg-s",
+        offset: float = 0.0,
+        rayleigh: tuple[float, float] = (0.0, 0.0),
+        rail_EI: float | None = None,
+        rails: int | None = None,
+    ) -> "Track":
+        """Return a track of matrices that finite element software wrote; docs/exporting_matrices.md has the formats.
+
+        Args:
+            mass: file of M; "FILE#NAME" picks one of several matrices of a Nastran file.
+            stiffness: file of K.
+            nodes: file of the node map: the rail's nodes, their x and their dofs.
+            damping: file of C; None for none but `rayleigh`.
+            mapping: ANSYS mapping file, so that the node map of a Harwell-Boeing matrix can name nodes and dofs.
+            units: units of the matrices, "m-kg-s" or "mm-t-s".
+            offset: added to the x of the node map [m].
+            rayleigh: (alpha [1/s], beta [s]): alpha M + beta K is added to the damping.
+            rail_EI: bending stiffness of the rail [N m2], for the local rail compliance; None leaves it out.
+            rails: 1, 2 or None for either. It labels the numbers and never rescales them.
+
+        Raises:
+            ValueError: Naming the file, and the line or the entry.
+        """
+        from tbatch.physics.substructure.substructure import Substructure
+
+        files = Substructure.read(
+            mass=mass, stiffness=stiffness, nodes=nodes, damping=damping, mapping=mapping, units=units, offset=offset
+        )
+        return files.track(rail_EI=rail_EI, rails=rails, rayleigh=rayleigh)
 
     @classmethod
     def _line(

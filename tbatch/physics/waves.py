@@ -16,7 +16,7 @@ from tbatch.physics.streams import stream
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-_KNOTS_PER_WAVE = 20  # of the shortest wave of a spectrum: its curvature is then 0.8 % off
+KNOTS_PER_WAVE = 20  # of the shortest wave of a spectrum: its curvature is then 0.8 % off
 _BLOCK = 1 << 20  # cosines evaluated at once, so that memory stays bounded
 _FEW = 64  # as many cosines as are summed directly faster than by the transform
 
@@ -80,28 +80,48 @@ class Waves:
         amplitudes: str,
     ) -> "Waves":
         """A realisation of a density; the arguments are those of ``Irregularity.spectrum``."""
-        try:
-            short, long = (float(value) for value in wavelengths)
-        except (TypeError, ValueError):
-            raise ValueError(f"wavelengths = {wavelengths!r}: accepted are two lengths [m], shortest first") from None
-        if not 0.0 < short < long < math.inf:
-            raise ValueError(f"wavelengths = {wavelengths!r}: accepted are two lengths above 0 m, shortest first")
+        short, long = checked_band(density, wavelengths, scale, amplitudes)
         if not (math.isfinite(period) and period > 0.0):
-            raise ValueError(f"period = {period!r}: accepted is a finite length above 0 m")
-        if not (math.isfinite(scale) and scale >= 0.0):
-            raise ValueError(f"scale = {scale!r}: accepted is a factor of the amplitude, 0 or above")
-        if amplitudes not in ("fixed", "rayleigh"):
-            raise ValueError(f"amplitudes = {amplitudes!r}: accepted are 'fixed' and 'rayleigh'")
-        warn_outside_band(density, (short, long))
-        wavenumber, amplitude = wave_amplitudes(density, (short, long), float(period))
+            raise ValueError(f"period = {period!r}: accepted is a length above 0 m, inf for a line without end")
+        return cls.realised(
+            density, (short, long), f"irregularity/{density.name}",
+            seed=seed, sample=sample, scale=scale, period=float(period), amplitudes=amplitudes,
+        )  # fmt: skip
+
+    @classmethod
+    def realised(
+        cls,
+        density: Density,
+        band: tuple[float, float],
+        name: str,
+        *,
+        seed: int,
+        sample: int,
+        scale: float,
+        period: float,
+        amplitudes: str,
+    ) -> "Waves":
+        """A realisation with the random numbers of a name; what is given has been checked.
+
+        Args:
+            density: S(f).
+            band: shortest and longest wavelength [m].
+            name: begins the names of the streams of random numbers.
+            seed: key of the random numbers, with `sample`.
+            sample: number of the realisation.
+            scale: multiplies r.
+            period: the bins are at most 1/period wide [m].
+            amplitudes: "fixed" or "rayleigh".
+        """
+        wavenumber, amplitude = wave_amplitudes(density, band, period)
         amplitude = scale * amplitude
-        phase = (2.0 * np.pi) * stream(seed, sample, f"irregularity/{density.name}/phase").random(wavenumber.size)
+        phase = (2.0 * np.pi) * stream(seed, sample, f"{name}/phase").random(wavenumber.size)
         if amplitudes == "rayleigh":
-            uniform = stream(seed, sample, f"irregularity/{density.name}/amplitude").random(wavenumber.size)
+            uniform = stream(seed, sample, f"{name}/amplitude").random(wavenumber.size)
             amplitude = amplitude * np.sqrt(-np.log1p(-uniform))
         for value in (amplitude, phase):
             value.flags.writeable = False
-        return cls(wavenumber, amplitude, phase, spacing=short / _KNOTS_PER_WAVE, period=float(period))
+        return cls(wavenumber, amplitude, phase, spacing=band[0] / KNOTS_PER_WAVE, period=period)
 
     @property
     def shortest_wavelength(self) -> float:
@@ -142,6 +162,24 @@ class Waves:
         weighted = self._complex * _turn(k * (step * low) + 0.5 * chirp * (k * k))
         summed = scipy.fft.ifft(scipy.fft.fft(weighted, size) * kernel)[waves - 1 : waves - 1 + nodes]
         return (summed * _turn(f_0 * low + j * (f_0 * width) + 0.5 * chirp * (j * j))).real
+
+
+def checked_band(
+    density: Density, wavelengths: tuple[float, float], scale: float, amplitudes: str
+) -> tuple[float, float]:
+    """The band of a realisation as numbers, shortest wavelength first [m]; refuses what no realisation can have."""
+    try:
+        short, long = (float(value) for value in wavelengths)
+    except (TypeError, ValueError):
+        raise ValueError(f"wavelengths = {wavelengths!r}: accepted are two lengths [m], shortest first") from None
+    if not 0.0 < short < long < math.inf:
+        raise ValueError(f"wavelengths = {wavelengths!r}: accepted are two lengths above 0 m, shortest first")
+    if not (math.isfinite(scale) and scale >= 0.0):
+        raise ValueError(f"scale = {scale!r}: accepted is a factor of the amplitude, 0 or above")
+    if amplitudes not in ("fixed", "rayleigh"):
+        raise ValueError(f"amplitudes = {amplitudes!r}: accepted are 'fixed' and 'rayleigh'")
+    warn_outside_band(density, (short, long))
+    return short, long
 
 
 def _common_step(wavenumber: FloatArray) -> float | None:

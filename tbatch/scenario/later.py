@@ -9,7 +9,6 @@ DEFECT_KINDS = ("chord-flat", "periodic-flat", "joint", "weld", "settlement", "c
 _KEYS: dict[tuple[str, ...], str] = {
     ("vehicle", "coach_pitch"): "leave it out; one vehicle is run",
     ("track", "sections"): "leave it out; the track is the same along the line",
-    ("track", "matrices"): "a track.model",
 }
 
 

@@ -27,7 +27,7 @@ def _names() -> Iterator[tuple[str, str, bool]]:
     for name, unit in (("duration", "s"), ("length", "m"), ("gap", "m"), ("landing_force", "N")):
         yield f"separation.{name}.p50", unit, True
         yield f"separation.{name}.p95", unit, True
-    for name, unit in (("duration", "s"), ("gap", "m"), ("landing_force", "N")):
+    for name, unit in (("duration", "s"), ("gap", "m"), ("landing_force", "N"), ("length", "m")):
         yield f"separation.{name}.max", unit, False
     for force in _FORCES:
         yield f"{force}.max", "N", False

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ValidationError
 
@@ -16,15 +16,19 @@ from tbatch.scenario.irregularity import complete_irregularity
 from tbatch.scenario.keep import complete_keep
 from tbatch.scenario.later import take_out_later
 from tbatch.scenario.limits import check_limits, gather_limits
+from tbatch.scenario.matrices import read_matrices
 from tbatch.scenario.measured import MeasuredLevel, read_measured
 from tbatch.scenario.passage import Passage, Speed, complete_run, complete_speed
 from tbatch.scenario.resolution import warn_of_step
 from tbatch.scenario.sampling import PLAN, Sampling
 from tbatch.scenario.section import accepted_at, inner_section
 from tbatch.scenario.surface import Surface, check_surface
-from tbatch.scenario.track import TrackSection, complete_track
+from tbatch.scenario.track import TrackSection, complete_track, missing_keys
 from tbatch.scenario.vary import complete_vary
 from tbatch.scenario.vehicle import VehicleSection, complete_vehicle
+
+if TYPE_CHECKING:
+    from tbatch.physics.track import Track
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +40,8 @@ class Loaded:
     passage: Passage
     surface: Surface
     sampling: Sampling
+    imported: "Track | None" = None
+    """The track, if it is made from files."""
 
 
 def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findings) -> Loaded | None:
@@ -64,6 +70,14 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
 
     vehicle: VehicleSection | None = _completed("vehicle", complete_vehicle, sections, findings)
     track: TrackSection | None = _completed("track", complete_track, sections, findings)
+    imported: Track | None = None
+    files: TrackSection | None = sections.get("track")  # read even if the rest of the table is not sound
+    if files and files.matrices and files.rayleigh:
+        matrices, imported = read_matrices(
+            files.matrices, folder, findings, rails=files.rails, rayleigh=files.rayleigh.numbers()
+        )
+        sections["track"] = files.model_copy(update={"matrices": matrices})
+        track = track and sections["track"]
     if vehicle and track:
         _check_rails(vehicle, track, findings)
     if contact := sections.get("contact"):
@@ -80,12 +94,15 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         findings.refuse(("campaign", "stop", "max_runs"), "is too few", value=campaign.stop.max_runs, accepted=accepted)
 
     passage = surface = None
-    if vehicle and track and speed and integration and "run" in sections:
+    reach = (imported.begin, imported.end) if imported else None
+    if track and not track.matrices:
+        reach = 0.0, track.built_length
+    if vehicle and track and reach and speed and integration and "run" in sections:
         sections["run"], passage = complete_run(
             sections["run"],
             offsets=vehicle.offsets,
             track_kind=track.kind,
-            track_length=track.built_length,
+            reach=reach,
             speeds=speed.range,
             step=integration.step,
             findings=findings,
@@ -98,7 +115,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
             irregularity = irregularity.model_copy(update={"measured": measured})
         sections["irregularity"] = irregularity
     if passage and irregularity and campaign and speed and integration:
-        surface = Surface(irregularity, passage, campaign.seed, level)
+        surface = Surface(irregularity, passage, campaign.seed, level, endless=track is not None and track.endless)
         check_surface(surface, max(speed.range), integration.step, findings)
         if campaign.runs > 1 and not irregularity.is_random and not sections.get("vary") and not speed.distribution:
             findings.warn(
@@ -117,7 +134,7 @@ def load(tables: dict[str, Any], *, stem: str, folder: FilePath, findings: Findi
         return None
     document = Document.model_construct(**sections)
     warn_of_step(document, level, findings)
-    return Loaded(document, passage, surface, sampling)
+    return Loaded(document, passage, surface, sampling, imported)
 
 
 def _sampling(sections: dict[str, Any], findings: Findings) -> Sampling:
@@ -168,6 +185,11 @@ def _sections(tables: Mapping[str, Any], incomplete: set[Any], findings: Finding
             findings.problems += _translated(error, name, section, context, name in incomplete)
         except RecursionError:
             findings.refuse((name,), "is nested too deeply")
+    given = tables.get("track", {})
+    if isinstance(given, dict) and (missing := missing_keys(given)):
+        sections.pop("track", None)
+        for name in missing if "track" not in incomplete else ():
+            findings.refuse(("track", name), "is missing", accepted=accepted_at(Document, ("track", name)))
     return sections
 
 

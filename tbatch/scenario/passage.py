@@ -137,7 +137,7 @@ def complete_run(
     *,
     offsets: tuple[float, ...],
     track_kind: str,
-    track_length: float,
+    reach: tuple[float, float],
     speeds: tuple[float, ...],
     step: float,
     findings: Findings,
@@ -148,28 +148,28 @@ def complete_run(
         run: The table as read.
         offsets: Distance of each wheel behind wheel 1 [m].
         track_kind: Kind of the track.
-        track_length: Its length as built [m]; inf for an endless one.
+        reach: Where it begins and ends [m]; it ends at inf if it is endless.
         speeds: Speeds [m/s].
         step: Time step [s].
         findings: Takes what does not fit on the track.
     """
+    begin, end = reach
     rear = run.start - max(offsets)
     before = len(findings.problems)
     fastest_step = max(speeds) * step
     auto = run.distance == "auto"
-    endless = math.isinf(track_length)
+    endless = math.isinf(end)
     if endless and auto:
         findings.refuse(("run", "distance"), "has no end to run to on an endless track", accepted="0.01 to 20000 m")
         return run, None
-    last = track_length - (END_MARGIN if auto else fastest_step)
-    if not endless and (rear < 0.0 or run.start >= last):
-        what = f"puts wheel {len(offsets)} at x = {rear:g} m" if rear < 0.0 else "leaves no way to run"
-        low = max(offsets)
-        enough = f"track.length above {low + track_length - last:g} m"
+    last = end - (END_MARGIN if auto else fastest_step)
+    if not endless and (rear < begin or run.start >= last):
+        what = f"puts wheel {len(offsets)} at x = {rear:g} m" if rear < begin else "leaves no way to run"
+        low = begin + max(offsets)
+        enough = f"{'a track' if track_kind == 'matrices' else 'track.length'} above {low - begin + end - last:g} m"
         findings.refuse(
             ("run", "start"),
-            f"{what}, on a track from 0 to {track_length:g} m"
-            + (" and a run that ends 15 m before it" if auto else ""),
+            f"{what}, on a track from {begin:g} to {end:g} m" + (" and a run that ends 15 m before it" if auto else ""),
             value=run.start,
             accepted=f"{low:g} to below {last:g} m" if low < last else f"nothing on this track; {enough}",
         )
@@ -178,7 +178,7 @@ def complete_run(
     if run.start + distance > last:
         findings.refuse(
             ("run", "distance"),
-            f"runs wheel 1 beyond the end of the track at {track_length:g} m",
+            f"runs wheel 1 beyond the end of the track at {end:g} m",
             value=distance,
             accepted=f'"auto", or 0.01 to {math.floor((last - run.start) * 1e4) / 1e4:g} m',
         )
@@ -193,19 +193,19 @@ def complete_run(
     passage = Passage(run.start, distance, run.taper, run.evaluate_from, offsets, fastest_step)
     if len(findings.problems) > before:
         return run, None
-    _warn(passage, track_kind, track_length, findings)
+    _warn(passage, track_kind, end, findings)
     return run.model_copy(update={"distance": distance}), passage
 
 
-def _warn(passage: Passage, track_kind: str, track_length: float, findings: Findings) -> None:
+def _warn(passage: Passage, track_kind: str, end: float, findings: Findings) -> None:
     """Note margins that are short and wheels that do not count."""
-    if track_kind in ("slab", "winkler") and not math.isinf(track_length):
+    if track_kind in ("slab", "winkler") and not math.isinf(end):
         margins = (
             ("run.start", "behind the last wheel at the start", passage.low, REAR_MARGIN),
             (
                 "run.distance",
                 "in front of wheel 1 at the end",
-                track_length - passage.start - passage.distance,
+                end - passage.start - passage.distance,
                 END_MARGIN,
             ),
         )

@@ -17,6 +17,7 @@ from tbatch.scenario.errors import Findings, Path, Problem, ScenarioError, dotte
 from tbatch.scenario.keep import Keep
 from tbatch.scenario.limits import DivergedLimit
 from tbatch.scenario.load import Loaded, load
+from tbatch.scenario.matrices import FILES
 from tbatch.scenario.positions import key_lines
 from tbatch.scenario.source import Source, parse_override
 from tbatch.scenario.track import build_track
@@ -155,10 +156,12 @@ class Scenario:
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of what decides the results: the resolved tables without ``campaign.runs`` and file paths."""
-        tables = self.resolved()
+        """SHA-256 of what decides the results: all tables but ``campaign.runs``, file paths, [limits] and [keep]."""
+        tables = {name: table for name, table in self.resolved().items() if name not in ("keep", "limits")}
         del tables["campaign"]["runs"]
         tables["irregularity"].get("measured", {}).pop("file", None)
+        for name in FILES:
+            tables["track"].get("matrices", {}).pop(name, None)
         return hashlib.sha256(json.dumps(tables, sort_keys=True, separators=(",", ":")).encode()).hexdigest()
 
     def model(self) -> "Model":
@@ -173,7 +176,7 @@ class Scenario:
         try:
             return Model.build(
                 build_vehicle(document.vehicle),
-                build_track(document.track),
+                self._loaded.imported or build_track(document.track),
                 build_contact(document.contact),
                 step=document.integration.step,
                 splitting=document.integration.splitting,

@@ -33,6 +33,8 @@ class Surface:
     passage: Passage
     seed: int
     level: MeasuredLevel | None = None
+    endless: bool = False
+    """Whether the track is; its surface does not depend on how far a run goes."""
 
     @property
     def begin(self) -> float:
@@ -41,7 +43,9 @@ class Surface:
 
     @property
     def period(self) -> float:
-        """Length after which a realisation of the spectrum may repeat itself [m]."""
+        """Length after which a realisation of the spectrum may repeat itself [m]; inf on an endless track."""
+        if self.endless:
+            return math.inf
         span = self.passage.start + self.passage.distance - self.passage.low
         return 10.0 * math.ceil((1.02 * span + _LAST_STEP) / 10.0)
 
@@ -121,7 +125,9 @@ def check_surface(surface: Surface, fastest: float, step: float, findings: Findi
                 accepted=f"{shortest:.4g} m and longer, or integration.step up to {longest_step:.3g} s",
             )
     span = passage.high - passage.low
-    if section.wavelengths is not None and (knots := 20.0 * span / section.wavelengths[0]) > _MOST_KNOTS:
+    # The surface of an endless track is made piece by piece.
+    held = 0.0 if surface.endless else span
+    if section.wavelengths is not None and (knots := 20.0 * held / section.wavelengths[0]) > _MOST_KNOTS:
         findings.refuse(
             ("irregularity", "wavelengths", 0),
             f"needs {knots:.3g} points along the line",

@@ -1,13 +1,17 @@
 """The [track] table: what a user may write, completed from the catalogue, built."""
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import ConfigDict
 
 from tbatch.physics.catalogue.tracks import SLAB_TRACKS, WINKLER_TRACKS
 from tbatch.physics.slab import BED_UNITS, SlabParameters
 from tbatch.physics.winkler import WinklerParameters
 from tbatch.scenario.errors import Findings
 from tbatch.scenario.fields import Count, Quantity, Word
+from tbatch.scenario.matrices import Matrices
 from tbatch.scenario.section import (
     BENDING_STIFFNESS,
     LINE_MASS,
@@ -32,6 +36,7 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "winkler": ("elements", "rayleigh", *_WINKLER_NUMBERS),
     "beam": ("elements", "EI", "mass", "rayleigh", "rails"),
     "rigid": ("rails",),
+    "matrices": ("matrices", "rayleigh", "rails"),
 }
 
 
@@ -43,11 +48,15 @@ def track_models() -> tuple[str, ...]:
 class TrackSection(Section):
     """The track: a catalogue set, a catalogue set with some numbers changed, or a kind with all its numbers."""
 
-    model: Annotated[str, Word(track_models)]
-    """A catalogue name, or "slab", "winkler", "beam" or "rigid" with all numbers given."""
-    length: Annotated[Any, Quantity("m", 1.0, 20e3, words=("endless",))]
+    model_config = ConfigDict(
+        json_schema_extra={"anyOf": [{"required": ["model", "length"]}, {"required": ["matrices"]}]}
+    )
+
+    model: Annotated[str | None, Word(track_models)] = None
+    """A catalogue name, or "slab", "winkler", "beam" or "rigid" with all numbers given; "matrices" of files."""
+    length: Annotated[Any, Quantity("m", 1.0, 20e3, words=("endless",))] = None
     """Length of the line [m], a slab track rounded up to whole fastener bays; "endless" steps a window around the
-    vehicle, of a slab or winkler track."""
+    vehicle, of a slab or winkler track. Of a track from matrices the node map says it."""
     elements_per_bay: Annotated[int | None, Count(1, 64)] = None
     """Beam elements per fastener bay of a slab track, 1 by default."""
     bay: Annotated[float | None, Quantity("m", 0.1, 10.0)] = None
@@ -80,10 +89,14 @@ class TrackSection(Section):
     """Rayleigh damping of the whole track, none by default."""
     rails: Annotated[int | None, Count(1, 2)] = None
     """1: half model, one rail; 2: whole model. It labels the numbers, it never rescales them."""
+    matrices: Matrices | None = None
+    """M, C and K of the track from files, instead of numbers."""
 
     @property
     def kind(self) -> str:
-        """Kind of track: "slab", "winkler", "beam" or "rigid"."""
+        """Kind of track: "slab", "winkler", "beam", "rigid" or "matrices"."""
+        if self.matrices is not None or self.model is None:
+            return "matrices"
         if self.model in SLAB_TRACKS:
             return "slab"
         return "winkler" if self.model in WINKLER_TRACKS else self.model
@@ -112,6 +125,8 @@ def complete_track(section: TrackSection, findings: Findings) -> TrackSection:
         findings: Takes what is missing or does not belong.
     """
     kind, before = section.kind, len(findings.problems)
+    if kind == "matrices":
+        return _complete_matrices(section, findings)
     what = f'the track "{section.model}"' if section.model != kind else f"a {kind} track"
     refuse_foreign(section, "track", {"model", "length", *_KEYS[kind]}, what, findings)
     if section.endless and kind not in ("slab", "winkler"):
@@ -150,6 +165,30 @@ def complete_track(section: TrackSection, findings: Findings) -> TrackSection:
     return section
 
 
+def missing_keys(given: Iterable[str]) -> tuple[str, ...]:
+    """Return the keys that a track of numbers must have and that are not there.
+
+    Args:
+        given: The keys that are there.
+    """
+    given = set(given)
+    return () if "matrices" in given else tuple(name for name in ("model", "length") if name not in given)
+
+
+def _complete_matrices(section: TrackSection, findings: Findings) -> TrackSection:
+    if section.matrices is None:
+        accepted = "{ mass, stiffness, nodes } and what else belongs to them"
+        findings.refuse(("track", "matrices"), "is missing", accepted=accepted)
+    elif section.model not in (None, "matrices"):
+        message = "stands beside track.matrices"
+        findings.refuse(("track", "model"), message, value=section.model, accepted='no track.model, or "matrices"')
+    else:
+        refuse_foreign(section, "track", {"model", *_KEYS["matrices"]}, "a track from matrices", findings)
+    alpha, beta = section.rayleigh.numbers() if section.rayleigh else (None, None)
+    update = {"model": "matrices", "rayleigh": Rayleigh(alpha=alpha or 0.0, beta=beta or 0.0)}
+    return section.model_copy(update=update)
+
+
 def slab_parameters(section: TrackSection) -> SlabParameters:
     """Return the numbers of a completed slab track."""
     return SlabParameters(**changes(section, None, _SLAB_NUMBERS))
@@ -180,4 +219,4 @@ def _refuse_elements(section: TrackSection, key: str, count: int, findings: Find
 
 
 def _entry(section: TrackSection) -> Any:
-    return SLAB_TRACKS.get(section.model) or WINKLER_TRACKS.get(section.model)
+    return SLAB_TRACKS.get(section.model or "") or WINKLER_TRACKS.get(section.model or "")

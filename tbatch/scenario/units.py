@@ -8,6 +8,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
+from tbatch.cache import cache_folder
+
 # SI unit -> (what it measures, an example of a string a user may write)
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "m": ("length", "100 m"),
@@ -107,4 +109,8 @@ def _registry() -> Any:
 
     # Fractions make every conversion exact. (Printing a unit of such a registry fails in pint 0.25: we never do.)
     exact: Any = Fraction
-    return pint.UnitRegistry(non_int_type=exact)
+    folder = cache_folder(f"pint-{pint.__version__}")
+    try:
+        return pint.UnitRegistry(non_int_type=exact, cache_folder=folder)
+    except Exception:  # a damaged cache: whatever unpickling it may raise
+        return pint.UnitRegistry(non_int_type=exact)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tbatch.campaign.recordings import Recorder
     from tbatch.engine.result import Result
     from tbatch.engine.runs import SaveAt
-    from tbatch.physics.track import Track
+    from tbatch.physics.line import Line
     from tbatch.scenario import Scenario
 
 LAYERS = ("rail", "slab", "base")
@@ -86,12 +86,12 @@ def histories_to_keep(campaign: Campaign) -> SaveAt:
     return SaveAt(every, channels, rail_at=_places(campaign, track, most))
 
 
-def _places(campaign: Campaign, track: Track, most: int) -> Array:
+def _places(campaign: Campaign, track: Line, most: int) -> Array:
     """Choose places along the track: one a bay, or wider apart, wherever the side view looks [m]."""
     runs, duration = campaign.scenario.runs([(0, 0)])
     rear = float(campaign.scenario.model().vehicle.wheel_offsets.max())
-    low = max(0.0, float(runs.start[0]) - rear - MARGIN - OVERHANG)
-    high = min(track.length, float(runs.start[0] + runs.speed[0] * duration[0]) + MARGIN + OVERHANG)
+    low = max(track.begin, float(runs.start[0]) - rear - MARGIN - OVERHANG)
+    high = min(track.end, float(runs.start[0] + runs.speed[0] * duration[0]) + MARGIN + OVERHANG)
     spacing = track.element_length * max(track.period, round(0.5 / track.element_length))
     spacing *= max(1, int(np.ceil((high - low) / spacing / most)))
     return np.arange(np.ceil(low / spacing), np.floor(high / spacing) + 1) * spacing

@@ -43,12 +43,15 @@ def with_step(campaign: Campaign, step: float, *, threads: int | None = None) ->
         ScenarioError: If the scenario does not accept the step.
     """
     from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.store import SCENARIO_NAME
     from tbatch.scenario import Scenario
 
     tables = dict(campaign.scenario.resolved())
     tables["integration"] = {**tables["integration"], "step": step}
     tables["keep"] = {**tables["keep"], "every": step}
-    return Campaign(campaign.store, Scenario.from_tables(tables, file="--step"), threads=threads)
+    # The same place as the campaign's own, so that files it names are found.
+    scenario = Scenario.from_tables(tables, file=str(campaign.folder / SCENARIO_NAME))
+    return Campaign(campaign.store, scenario, threads=threads)
 
 
 def replay_to_compare(campaign: Campaign, names: Sequence[str]) -> StepResult:

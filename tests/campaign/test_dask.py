@@ -12,6 +12,7 @@ import time
 
 import psutil
 import pytest
+from toy import bytes_of
 
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.cluster import Dask
@@ -97,14 +98,6 @@ def cluster(tmp_path_factory):
     cluster = Cluster(tmp_path_factory.mktemp("cluster"))
     yield cluster
     cluster.stop()
-
-
-def bytes_of(folder):
-    return {
-        path.relative_to(folder): path.read_bytes()
-        for kind in ("runs", "wheels", "events")
-        for path in (folder / kind).iterdir()
-    }
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,6 @@ from tbatch.campaign.estimates import FILTERED, RAW, Records, estimates
 from tbatch.campaign.estimates.convergence import convergence, sizes
 from tbatch.campaign.estimates.curves import along_line, events_exceeding, exceedance, time_above
 from tbatch.campaign.estimates.loads import section_percentiles
-from tbatch.campaign.estimates.sensitivity import sensitivities
 from tbatch.campaign.run import run
 
 
@@ -177,33 +176,6 @@ def test_estimates_from_all_runs_are_the_last_point_of_their_convergence():
         assert [point.runs for point in points] == sizes(50)
     assert sizes(5) == [5]
     assert sizes(8) == [8]
-
-
-def test_a_number_that_decides_is_told_from_one_that_does_not():
-    source = np.random.default_rng(5)
-    deciding, idle = source.uniform(size=200), source.uniform(size=200)
-    ratio = (2.0 + deciding + 0.1 * source.normal(size=200))[:, None]
-    data = records(ratio, varied={"vehicle.primary.stiffness": deciding, "contact.wheel_radius": idle})
-    found = {(one.varied, one.outcome): one for one in sensitivities(data.units(0))}
-    strong = found["vehicle.primary.stiffness", "ratio_max"]
-    assert strong.low > 0.8
-    weak = found["contact.wheel_radius", "ratio_max"]
-    assert weak.low < 0.0 < weak.high
-    assert math.isnan(found["contact.wheel_radius", "separations"].correlation)
-
-
-def test_rank_correlation_is_scipys():
-    from scipy.stats import spearmanr
-
-    source = np.random.default_rng(6)
-    x = source.uniform(size=60)
-    y = x**3 + source.normal(size=60)
-    (one,) = (
-        found
-        for found in sensitivities(records(y[:, None], varied={"a.b": x}).units(0))
-        if found.outcome == "ratio_max"
-    )
-    assert one.correlation == pytest.approx(spearmanr(x, y).statistic, rel=1e-12)
 
 
 def test_a_campaign_gives_its_estimates(tmp_path):

@@ -340,24 +340,10 @@ def test_the_estimated_memory_is_within_a_quarter_of_the_measured_peak(tmp_path,
     assert estimated == pytest.approx(usage.ru_maxrss * 1024.0, rel=0.25)
 
 
-@pytest.mark.slow
-def test_a_long_campaign_needs_no_more_memory_or_files_than_a_short_one():
-    """A hundred batches in one process; 5 % is what the fragmentation of the allocator leaves room for."""
-    import psutil
-
-    process, executor = psutil.Process(), Local(short(), threads=2)
-    at = []
-    for batch in range(100):
-        executor.simulate([(case, sample) for sample in range(64 * batch, 64 * batch + 64) for case in range(2)])
-        at.append((process.memory_info().rss, process.num_fds()))
-    warm, end = at[20], at[-1]
-    assert end[0] < 1.05 * warm[0]
-    assert end[1] == warm[1]
-
-
 MANY = """
 from tbatch.engine.runs import Runs
-from tbatch.engine.simulate import bytes_per_run, simulate
+from tbatch.engine.footprint import bytes_per_run
+from tbatch.engine.simulate import simulate
 from tbatch.scenario import Scenario
 scenario = Scenario.load("quick")
 runs, _ = scenario.runs([(0, sample % 4) for sample in range(40_000)])

@@ -6,7 +6,7 @@ import shutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from toy import ToyExecutor, ToyScenario, contents
+from toy import ToyExecutor, ToyScenario, bytes_of, contents
 
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.faults import FolderInUse, FolderUnusable, ScenarioChanged, StoreDamaged
@@ -27,14 +27,6 @@ def work(folder, part=None, scenario=None, **options):
     scenario = scenario or ToyScenario(samples=300)
     executor = options.pop("executor", None) or ToyExecutor(scenario)
     return run(scenario, out=folder, executor=executor, part=Part.parse(part) if part else None, **options)
-
-
-def bytes_of(folder):
-    return {
-        path.relative_to(folder): path.read_bytes()
-        for kind in ("runs", "wheels", "events")
-        for path in (folder / kind).iterdir()
-    }
 
 
 @pytest.fixture(scope="module")

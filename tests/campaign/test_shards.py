@@ -70,3 +70,17 @@ def test_batches_share_the_work_evenly():
 
 def test_a_batch_holds_at_least_one_shard():
     assert len(take_batch(missing_shards(2, 64, []), 1)) == 1
+
+
+def test_a_million_runs_are_planned_in_a_few_megabytes():
+    import tracemalloc
+
+    tracemalloc.start()
+    shards = missing_shards(2, 1_000_000, [])
+    batch = take_batch(shards, 512)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert sum(len(shard) for shard in shards) == 2_000_000
+    # What is simulated at a time does not grow with the plan, and the plan takes some hundred bytes a shard.
+    assert sum(len(shard) for shard in batch) <= 512
+    assert peak < 20e6

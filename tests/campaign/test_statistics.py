@@ -45,9 +45,19 @@ def tables(separations, *, status=None, longest=None, distance=40.0):
     return run_table, wheel_table
 
 
+def rows_of(runs, wheels, speeds, *, any_wheelset=False):
+    """The statistics as plain rows."""
+
+    def tables_of(case):
+        return tuple(table.filter(pa.array(table["case"].to_numpy() == case)) for table in (runs, wheels))
+
+    numbers = [0] if any_wheelset else sorted(set(wheels["wheel"].to_pylist()))
+    return separation_statistics(tables_of, speeds, numbers).to_pylist()
+
+
 def test_counts_rates_and_extremes_of_a_table_worked_by_hand():
     runs, wheels = tables([[0, 3], [1, 0], [0, 2], [0, 0]])
-    first, second = separation_statistics(runs, wheels, [50.0]).to_pylist()
+    first, second = rows_of(runs, wheels, [50.0])
     assert (first["wheel"], second["wheel"]) == (1, 2)
     assert (first["runs"], first["separated_runs"], first["probability"]) == (4, 1, 0.25)
     assert (second["separated_runs"], second["separations"]) == (2, 5)
@@ -61,14 +71,14 @@ def test_counts_rates_and_extremes_of_a_table_worked_by_hand():
 
 def test_any_wheelset_counts_a_run_once_and_kilometres_of_all_wheelsets():
     runs, wheels = tables([[2, 3], [1, 0], [0, 0], [0, 0]])
-    (row,) = separation_statistics(runs, wheels, [50.0], any_wheelset=True).to_pylist()
+    (row,) = rows_of(runs, wheels, [50.0], any_wheelset=True)
     assert (row["wheel"], row["runs"], row["separated_runs"], row["separations"]) == (0, 4, 2, 6)
     assert row["separations_per_km"] == pytest.approx(6 / (8 * 0.040))
 
 
 def test_diverged_runs_are_left_out_of_everything_and_counted():
     runs, wheels = tables([[9, 9], [1, 0], [0, 0]], status=[1, 0, 0])
-    first = separation_statistics(runs, wheels, [50.0]).to_pylist()[0]
+    first = rows_of(runs, wheels, [50.0])[0]
     assert (first["runs"], first["diverged"], first["separated_runs"], first["separations"]) == (2, 1, 1, 1)
     assert first["force_max"] == 1e5 + 1
     assert first["evaluated_distance"] == 80.0
@@ -76,7 +86,7 @@ def test_diverged_runs_are_left_out_of_everything_and_counted():
 
 def test_a_case_without_runs_says_so_instead_of_failing():
     runs, wheels = tables([[0, 1]])
-    rows = separation_statistics(runs, wheels, [50.0, 60.0]).to_pylist()
+    rows = rows_of(runs, wheels, [50.0, 60.0])
     assert [row["case"] for row in rows] == [0, 0, 1, 1]
     assert rows[2]["runs"] == 0
     assert math.isnan(rows[2]["probability"])
@@ -88,7 +98,7 @@ def test_a_wheel_that_met_nothing_evaluated_does_not_spoil_the_extremes():
     forces = wheels["force_max"].to_numpy().copy()
     forces[0] = np.nan
     wheels = wheels.set_column(wheels.column_names.index("force_max"), "force_max", pa.array(forces))
-    assert separation_statistics(runs, wheels, [1.0]).to_pylist()[0]["force_max"] == forces[1]
+    assert rows_of(runs, wheels, [1.0])[0]["force_max"] == forces[1]
 
 
 @pytest.mark.parametrize(("successes", "trials"), [(0, 100), (3, 100), (50, 100), (99, 100), (100, 100)])

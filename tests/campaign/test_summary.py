@@ -39,17 +39,17 @@ def test_no_and_only_separated_runs_are_printed_with_one_sided_looking_intervals
     none = {**row, "wheel": 1, "runs": 100, "probability_high": 0.0362, "force_max": math.nan, "probability": 0.0}
     full = {**row, "wheel": 2, "runs": 100, "separated_runs": 100, "probability": 1.0, "probability_low": 0.9638}
     full |= {"probability_high": 1.0, "longest": 2.5e-3, "force_max": 250e3}
-    table = pa.Table.from_pylist([none, full], schema=STATISTICS_SCHEMA)
-    monkeypatch.setattr(campaign, "statistics", lambda any_wheelset=False: table)
+    table = pa.Table.from_pylist([none, full, row], schema=STATISTICS_SCHEMA)
+    monkeypatch.setattr(campaign, "statistics_of", lambda wheels: table)
     lines = summary_text(campaign).splitlines()
     assert lines[2].split() == "0 1 100 0 0.000 0.000 to 0.036 0 0 to 0 - -".split()
     assert lines[3].split() == "0 2 100 100 1.000 0.964 to 1.000 0 0 to 0 2.50 250.0".split()
 
 
 def test_the_document_is_json_with_null_where_there_is_no_number(campaign, monkeypatch):
-    row = {**dict.fromkeys(STATISTICS_SCHEMA.names, 0), "probability": math.nan}
+    row = {**dict.fromkeys(STATISTICS_SCHEMA.names, 0), "wheel": 1, "probability": math.nan}
     table = pa.Table.from_pylist([row], schema=STATISTICS_SCHEMA)
-    monkeypatch.setattr(campaign, "statistics", lambda any_wheelset=False: table)
+    monkeypatch.setattr(campaign, "statistics_of", lambda wheels: table)
     document = json.loads(json.dumps(summary_document(campaign), allow_nan=False))
     assert document["wheelsets"][0]["probability"] is None
     assert document["campaign"]["runs"] == 200
@@ -85,4 +85,5 @@ def test_a_scenario_and_its_folder_agree_on_the_identity_of_a_campaign():
     resolved = json.loads(json.dumps(scenario.resolved()))
     assert identity(resolved) == scenario.hash
     assert changed_keys(resolved, Scenario.from_tables(resolved).resolved()) == []
-    assert identity(Scenario.load("quick", overrides=["campaign.runs=9"]).resolved()) == scenario.hash
+    same = ["campaign.runs=9", 'keep.timelines="none"', 'limits."contact_force.max".max="250 kN"']
+    assert identity(Scenario.load("quick", overrides=same).resolved()) == scenario.hash

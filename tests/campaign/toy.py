@@ -3,6 +3,7 @@
 import json
 import time
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -119,3 +120,12 @@ class ToyExecutor:
 def contents(campaign: Any) -> dict[str, str]:
     """Every stored row of a campaign as text, to compare two campaigns bit by bit."""
     return {kind: json.dumps(campaign.table(kind).to_pylist()) for kind in ("runs", "wheels", "events")}
+
+
+def bytes_of(folder: Path) -> dict[Path, bytes]:
+    """Every table file of a campaign folder by its path there."""
+    return {
+        path.relative_to(folder): path.read_bytes()
+        for kind in ("runs", "wheels", "events")
+        for path in (folder / kind).iterdir()
+    }

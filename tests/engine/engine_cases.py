@@ -119,8 +119,7 @@ def reference(of: Model, runs: Runs, duration, run: int, initial: str | State = 
         of.scheme,
         inputs,
         preparation.start(run, inputs),
-        element_length=of.track.element_length,
-        element_count=of.track.element_count,
+        line=of.track,
         compliance=of.compliance,
     )
     kept, good = [], True

@@ -5,7 +5,7 @@ import pytest
 from engine_cases import reference
 
 import tbatch as tb
-from tbatch.engine import batch
+from tbatch.engine import surfaces
 from tbatch.physics import long_profile
 from tbatch.physics.long_profile import LongProfile
 
@@ -45,7 +45,7 @@ def test_pieces_of_the_irregularity_do_not_show(endless: tb.Model, monkeypatch: 
     runs = tb.Runs([83.0, 60.0], [surface, rough(2, 40.3)], 40.3)
     histories = []
     for ahead, chunk in ((128.0, None), (0.5, 7), (3.0, 50)):
-        monkeypatch.setattr(batch, "AHEAD", ahead)
+        monkeypatch.setattr(surfaces, "AHEAD", ahead)
         histories.append(tb.simulate(endless, runs, 0.12, save=tb.SaveAt(STEP), chunk=chunk).contact_force)
     assert np.array_equal(histories[0], histories[1])
     assert np.array_equal(histories[0], histories[2])
@@ -89,11 +89,11 @@ def test_a_looser_window_is_shorter_and_both_say_what_they_echo() -> None:
 def test_a_long_profile_holds_two_pieces_whatever_its_length() -> None:
     surface = tb.Irregularity.spectrum("china-trunk-line", wavelengths=(1.0, 50.0), tail=3, seed=1, period=12_000.0)
     profile = LongProfile(surface, 0.0, 10_000.0)
-    held = [profile.covering(x, x + 100.0).nbytes for x in np.arange(0.0, 9_900.0, 300.0)]
-    # Two pieces of 256 m at 20 knots a metre, and the few knots that each has beyond its ends.
-    assert max(held) < 8 * 2 * (256 * 20 + 20)
+    held = [profile.covering(x, x + 60.0).nbytes for x in np.arange(0.0, 9_900.0, 300.0)]
+    # Two pieces of 128 m at 20 knots a metre, and the few knots that each has beyond its ends.
+    assert max(held) < 8 * 2 * (128 * 20 + 20)
     x = np.linspace(250.0, 260.0, 101)
-    assert np.array_equal(profile(x), LongProfile(surface, 0.0, 10_000.0).covering(200.0, 600.0)(x))
+    assert np.array_equal(profile(x), LongProfile(surface, 0.0, 10_000.0).covering(200.0, 400.0)(x))
     assert np.abs(profile(x) - surface(x)).max() < 1e-8
 
 

@@ -10,9 +10,10 @@ import pytest
 from bits import case, digests, simulated
 from engine_cases import corrugation, model
 
+from tbatch.engine.footprint import bytes_per_run
 from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt
-from tbatch.engine.simulate import bytes_per_run, simulate
+from tbatch.engine.simulate import simulate
 
 COUNT = 2 * LANES + 1
 """Two full blocks and one run more."""

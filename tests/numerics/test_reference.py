@@ -53,8 +53,7 @@ def stepped(of: Model, inputs: RunInputs, start: InitialState) -> list[np.ndarra
         of.scheme,
         inputs,
         start,
-        element_length=of.track.element_length,
-        element_count=of.track.element_count,
+        line=of.track,
         compliance=of.compliance,
     )
     states = []

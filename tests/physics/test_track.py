@@ -183,7 +183,6 @@ BEAM = {"length": 5.0, "elements": 2, "EI": 1.0, "mass": 1.0}
         (lambda: Track.rigid(length=-1.0), "track.length = -1.0"),
         (lambda: Track.rigid(length=1.0, rails=4), "track.rails = 4"),
         (lambda: Track.ballast("zhai"), "not yet"),
-        (lambda: Track.from_matrices([[1.0]], [[0.0]], [[1.0]]), "not yet"),
     ],
 )
 def test_impossible_tracks_are_refused_by_name(make, words):

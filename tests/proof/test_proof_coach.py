@@ -61,19 +61,19 @@ def test_a_coach_over_waves_follows_the_independent_integration(splitting, holds
     error = result.contact_force[0] - history.force
     # 25 µs. The start and each seat passed excite rail modes of the mesh, up to 11 kHz and undamped, with some 1e-3 of
     # the load: those that the step does not resolve are the error.
-    holds("force at 25 µs, of the static load", np.abs(error).max() / LOAD, 6e-4)
-    holds("rms force at 25 µs, of the static load", np.sqrt((error**2).mean()) / LOAD, 1.5e-4)
+    assert holds("force at 25 µs, of the static load", np.abs(error).max() / LOAD, 6e-4)
+    assert holds("rms force at 25 µs, of the static load", np.sqrt((error**2).mean()) / LOAD, 1.5e-4)
     usual = simulate("linear", 0.0, duration, 4, splitting)[0].contact_force[0] - history.force
     # 100 µs, the usual step: more of those modes are left out.
-    holds("force at 100 µs, of the static load", np.abs(usual).max() / LOAD, 8e-3)
-    holds("rms force at 100 µs, of the static load", np.sqrt((usual**2).mean()) / LOAD, 1e-3)
+    assert holds("force at 100 µs, of the static load", np.abs(usual).max() / LOAD, 8e-3)
+    assert holds("rms force at 100 µs, of the static load", np.sqrt((usual**2).mean()) / LOAD, 1e-3)
     moved = np.abs(history.vehicle - history.vehicle[0]).max(0)
-    holds("each vehicle dof, of its movement", (np.abs(vehicle - history.vehicle).max(0) / moved).max(), 1e-5)
+    assert holds("each vehicle dof, of its movement", (np.abs(vehicle - history.vehicle).max(0) / moved).max(), 1e-5)
     near, values, _ = system("linear", 0.0).shape(np.array([PROBE]))
     for layer, first in (("rail", 0), ("slab", 2), ("base", 4)):
         exact = history.track[:, near[0] + first] @ values[0]
         error = np.abs(getattr(result, layer)[0, :, 0] - exact).max()
-        holds(f"{layer}, of its largest deflection", error / exact.max(), 3e-5)
+        assert holds(f"{layer}, of its largest deflection", error / exact.max(), 3e-5)
 
 
 def test_smooth_motion_converges_with_the_square_of_the_step(holds):
@@ -91,7 +91,7 @@ def test_smooth_motion_converges_with_the_square_of_the_step(holds):
     for name, column in zip(("force", "carbody", "wheelsets", "rail"), np.array(errors).T, strict=True):
         order = np.polyfit(steps, np.log(column), 1)[0]
         # Two, but for what the coarsest step leaves unresolved.
-        holds(f"order in {name}: 2 - {2.0 - order:.3f}", abs(order - 2.0), 0.2)
+        assert holds(f"order in {name}: 2 - {2.0 - order:.3f}", abs(order - 2.0), 0.2)
 
 
 FLAT = (1.0e-3, 0.15, 26.0)
@@ -126,4 +126,4 @@ def test_a_coach_over_a_flat_follows_the_independent_integration_through_every_s
     assert (late > -0.05).all() and (late < 1.05).all()
     error = np.abs(result.contact_force[0] - history.force)
     # 2.5 µs, as for the column over its flat; 2e-4 is seen.
-    holds("force through separations, of the peak", error.max() / history.force.max(), 5e-4)
+    assert holds("force through separations, of the peak", error.max() / history.force.max(), 5e-4)

@@ -65,8 +65,8 @@ def test_a_dropped_wheel_meets_a_unilateral_spring_as_the_closed_form_says(holds
         force_error = max(force_error, abs(result.contact_force[i].max() / largest - 1.0))
         time_error = max(time_error, abs((end - begin) / duration - 1.0))
     # Second order: (ωΔt)² is 1e-3 here and its factor below one; the sampled peak is up to (ωΔt)²/8 low.
-    holds("largest force", force_error, 4e-4)
-    holds("contact time", time_error, 4e-4)
+    assert holds("largest force", force_error, 4e-4)
+    assert holds("contact time", time_error, 4e-4)
 
 
 def test_a_hertz_impact_has_the_closed_form_approach_and_contact_time(holds):
@@ -81,8 +81,8 @@ def test_a_hertz_impact_has_the_closed_form_approach_and_contact_time(holds):
         approach_error = max(approach_error, abs(overlap.max() / approach - 1.0))
         time_error = max(time_error, abs((end - begin) / duration - 1.0))
     # Second order with 100 steps a contact: (π/100)² = 1e-3, and its factor is a fraction.
-    holds("largest approach", approach_error, 3e-4)
-    holds("contact time", time_error, 3e-4)
+    assert holds("largest approach", approach_error, 3e-4)
+    assert holds("contact time", time_error, 3e-4)
 
 
 @pytest.mark.parametrize("splitting", [2.0 - 2.0**0.5, 0.5])
@@ -109,8 +109,8 @@ def test_restitution_stays_within_its_bounds_at_every_phase_of_landing(law, per_
     restitution = (z[:, -2] - z[:, -1]) / step / IMPACT_SPEED
     assert (result.contact_force[:, -2:] == 0.0).all()
     # The bounds are good to half of their last digit, and hold for both splittings.
-    holds("below the least restitution", float(low) - restitution.min(), half_digit(low))
-    holds("above the greatest restitution", restitution.max() - float(high), half_digit(high))
+    assert holds("below the least restitution", float(low) - restitution.min(), half_digit(low))
+    assert holds("above the greatest restitution", restitution.max() - float(high), half_digit(high))
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
@@ -144,12 +144,12 @@ def test_flights_between_bounces_are_reported_as_separations(holds):
     start, end = np.array(table["start"])[whole], np.array(table["end"])[whole]
     # Sampled at step ends: first order. A bounce under gravity returns 1 ± 1e-4 of the speed at 80 steps a half-period;
     # three bounces come before the last flight.
-    holds("duration of a flight", np.abs(end - start - flight).max(), 1.01 * step + 3e-4 * flight)
-    holds("bounce from end to start", np.abs(start[1:] - end[:-1] - duration).max(), 1.01 * step)
+    assert holds("duration of a flight", np.abs(end - start - flight).max(), 1.01 * step + 3e-4 * flight)
+    assert holds("bounce from end to start", np.abs(start[1:] - end[:-1] - duration).max(), 1.01 * step)
     # The highest sample is within half a step of the top, 1e-6 of the rise; the bounces' energy is what counts.
-    holds("gap", np.abs(np.array(table["gap"])[whole] / rise - 1.0).max(), 6e-4)
+    assert holds("gap", np.abs(np.array(table["gap"])[whole] / rise - 1.0).max(), 6e-4)
     # The peak is sampled within (ωΔt)²/8 = 2e-4, and the speed of landing is known to 3e-4.
-    holds("landing force", np.abs(np.array(table["landing_force"])[whole] / largest - 1.0).max(), 5e-4)
+    assert holds("landing force", np.abs(np.array(table["landing_force"])[whole] / largest - 1.0).max(), 5e-4)
 
 
 def scalar_two_step(height: np.ndarray, speed: float, step: float, steps: int, splitting: float) -> np.ndarray:
@@ -184,4 +184,4 @@ def test_a_bouncing_wheel_is_stepped_as_the_written_scheme_says(per_contact, spl
     expected = scalar_two_step(height, 0.2, step, steps, splitting)
     overlap = result.vehicle[:, :, 0].T + MASS * GRAVITY / SPRING
     # The same equations in increments and from rest: round-off alone.
-    holds("overlap, of the largest movement", np.abs(overlap - expected).max() / np.abs(expected).max(), 1e-11)
+    assert holds("overlap, of the largest movement", np.abs(overlap - expected).max() / np.abs(expected).max(), 1e-11)

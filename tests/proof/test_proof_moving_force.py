@@ -79,7 +79,7 @@ def test_a_force_on_a_winkler_beam_carries_the_closed_form_deflection_along(hold
         for speed, error in zip((0.125, 0.25, 0.5), errors, strict=True):
             # Elements of 0.25 m are a fifth of 1/λ: their waves are wrong by 1e-4 at most, and those that the mesh
             # radiates ring on without damping.
-            holds(f"{name} at {speed:g} of the critical speed", error, 2e-4)
+            assert holds(f"{name} at {speed:g} of the critical speed", error, 2e-4)
 
 
 def test_the_deflection_under_a_moving_force_converges_with_the_mesh(holds):
@@ -87,7 +87,7 @@ def test_the_deflection_under_a_moving_force_converges_with_the_mesh(holds):
     # Cubic elements converge with the fourth power once they resolve 1/λ = 1.25 m; less is seen at first.
     assert middle < coarse / 6.0
     assert fine < middle / 6.0
-    holds("1 m elements, 0.8 of 1/λ", coarse, 0.02)
+    assert holds("1 m elements, 0.8 of 1/λ", coarse, 0.02)
 
 
 def test_the_deflection_at_half_the_critical_speed_converges_with_the_square_of_the_step():
@@ -122,7 +122,7 @@ def test_the_damped_winkler_beam_settles_to_its_steady_deflection(holds):
         # At half the critical speed the start shock, some 8 % of the deflection, has had 0.13 s to decay with
         # c/2m = 41 1/s: 4e-4 are left. The slower runs have forgotten it.
         name = f"damped bed, at {speed / beam.critical_speed:g} of the critical speed"
-        holds(name, error, 5e-4 if i == 2 else 1e-4)
+        assert holds(name, error, 5e-4 if i == 2 else 1e-4)
 
 
 SPAN, SPAN_EI, SPAN_MASS = 25.0, 2.87e9 * 2.90, 2303.0
@@ -147,7 +147,7 @@ def simple_beam_error(speed: float, elements: int, steps: int) -> float:
 def test_a_force_crossing_a_simple_beam_follows_frybas_series(speed, holds):
     # 2000 steps a crossing leave the modes above the tenth (479 Hz) less than five steps a period at 28 m/s. Undamped,
     # they ring on from the entry, with some 1e-4 of the deflection.
-    holds(f"deflection at {speed:g} m/s", simple_beam_error(speed, 20, 2000), 4e-4)
+    assert holds(f"deflection at {speed:g} m/s", simple_beam_error(speed, 20, 2000), 4e-4)
 
 
 def test_the_simple_beam_under_a_moving_force_converges_with_the_step():

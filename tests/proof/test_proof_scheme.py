@@ -25,13 +25,15 @@ def test_the_spectral_radius_is_that_of_the_scheme(splitting, holds):
     for ratio, printed in RADIUS[splitting].items():
         eigenvalues = np.linalg.eigvals(TwoStep(ratio, splitting).amplification(2.0 * np.pi))
         # At Δt/T = 1e9 the radius is that of the limit to 1e-9.
-        holds(f"spectral radius at Δt/T = {ratio:g}", abs(np.abs(eigenvalues).max() - float(printed)), HALF_DIGIT)
+        assert holds(
+            f"spectral radius at Δt/T = {ratio:g}", abs(np.abs(eigenvalues).max() - float(printed)), HALF_DIGIT
+        )
 
 
 @pytest.mark.parametrize(("splitting", "percent"), [(0.5, 0.4095), (EQUAL_SPLITTING, 0.3975)])
 def test_the_period_elongation_is_that_of_the_scheme(splitting, percent, holds):
     error = abs(100.0 * elongation(TwoStep(0.05, splitting).amplification(2.0 * np.pi), 0.05) - percent)
-    holds("period elongation at Δt/T = 0.05, in per cent", error, HALF_DIGIT)
+    assert holds("period elongation at Δt/T = 0.05, in per cent", error, HALF_DIGIT)
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.1, 0.2, 0.5])
@@ -54,4 +56,4 @@ def test_a_wheel_on_its_contact_spring_swings_as_the_amplification_matrix_says(s
         expected.append(state[0])
         state = matrix @ state
     # Round-off: the engine holds displacements beside a static overlap of 3 µm with 1e-16 of that.
-    holds("displacement, of the amplitude", np.abs(result.vehicle[0, :, 0] - expected).max() / rest, 1e-11)
+    assert holds("displacement, of the amplitude", np.abs(result.vehicle[0, :, 0] - expected).max() / rest, 1e-11)

@@ -36,7 +36,7 @@ def test_one_wheelset_at_a_seat_presses_the_slab_track_down_as_known(per, expect
         for layer, known in zip(LAYERS, expected, strict=True):
             # Known to half a digit of 1e-4 mm; one element a bay is within 5e-4 besides.
             error = abs(1e3 * getattr(result, layer)[0, 0, 0] - known)
-            holds(f"{layer} in mm, {elements} per bay", error, 0.51e-4 + tolerance * known)
+            assert holds(f"{layer} in mm, {elements} per bay", error, 0.51e-4 + tolerance * known)
 
 
 def test_a_standing_vehicle_stays_at_its_static_loads_to_round_off(holds):
@@ -50,11 +50,13 @@ def test_a_standing_vehicle_stays_at_its_static_loads_to_round_off(holds):
         # The round-off of a step, 1e-16, is seen through K̂/K ≈ 1e5: the run settles 1e-11 beside where it began, and
         # stays there.
         change = np.abs(result.contact_force / result.contact_force[:, :1] - 1.0)
-        holds(f"force within 5000 steps, {contact.law}", change.max(), 1e-10)
-        holds("last tenth against the one before", np.abs(change[:, 450:].max() - change[:, 400:450].max()), 1e-11)
+        assert holds(f"force within 5000 steps, {contact.law}", change.max(), 1e-10)
+        assert holds(
+            "last tenth against the one before", np.abs(change[:, 450:].max() - change[:, 400:450].max()), 1e-11
+        )
         for channel in ("vehicle", *LAYERS):
             history = getattr(result, channel)
-            holds(f"{channel} within 5000 steps, m", np.abs(history - history[:, :1]).max(), 1e-10)
+            assert holds(f"{channel} within 5000 steps, m", np.abs(history - history[:, :1]).max(), 1e-10)
         # At a seat or not, four wheelsets together carry the coach.
         assert result.contact_force[:, 0].sum(1) == pytest.approx(4.0 * LOAD, rel=1e-12)
 
@@ -66,10 +68,10 @@ def test_a_creeping_wheelset_presses_the_track_down_as_if_it_stood(holds):
     over = round(BAY / 1e-3)
     standing = tb.simulate(model, tb.Runs([0.0], None, SEAT), 1e-3, save=save, threads=1)
     # m v²(2π/bay)² times the 5 µm that the wheelset sinks between seats is 1 N of 132 kN; the start is a blow of 2e-5.
-    holds("force at 1 m/s", np.abs(result.contact_force[0, :, 0] / LOAD - 1.0).max(), 5e-5)
+    assert holds("force at 1 m/s", np.abs(result.contact_force[0, :, 0] / LOAD - 1.0).max(), 5e-5)
     for layer in LAYERS:
         still = getattr(standing, layer)[0, 0, 0]
-        holds(f"{layer} at 1 m/s", abs(getattr(result, layer)[0, over, 0] / still - 1.0), 2e-5)
+        assert holds(f"{layer} at 1 m/s", abs(getattr(result, layer)[0, over, 0] / still - 1.0), 2e-5)
 
 
 def test_a_wheel_on_a_winkler_bed_sinks_by_the_closed_form(holds):
@@ -85,7 +87,7 @@ def test_a_wheel_on_a_winkler_bed_sinks_by_the_closed_form(holds):
         save = tb.SaveAt(1e-4, ("vehicle",))
         result = tb.simulate(model, tb.Runs(np.zeros(3), None, start), 1e-4, save=save, threads=1)
         # Fourth order in the element's length beside 1/λ = 1.25 m, at the nodes and, by the local compliance, between.
-        holds(f"wheel on {element:g} m elements", np.abs(result.vehicle[:, 0, 2] / depth - 1.0).max(), tolerance)
+        assert holds(f"wheel on {element:g} m elements", np.abs(result.vehicle[:, 0, 2] / depth - 1.0).max(), tolerance)
 
 
 def test_the_loaded_element_bends_within_itself(holds):
@@ -108,11 +110,11 @@ def test_the_loaded_element_bends_within_itself(holds):
 
     plain, mended, fine = deflections(1, False), deflections(1, True), deflections(4, False)
     # Rock gives 0.002 µm; the known values are good to 0.005 µm.
-    holds("seat, one element a bay, µm", abs(plain[0] - 487.03), 0.01)
-    holds("mid-bay, one plain element a bay, µm", abs(plain[1] - 481.19), 0.01)
-    holds("mid-bay, four elements a bay, µm", abs(fine[1] - 495.49), 0.01)
+    assert holds("seat, one element a bay, µm", abs(plain[0] - 487.03), 0.01)
+    assert holds("mid-bay, one plain element a bay, µm", abs(plain[1] - 481.19), 0.01)
+    assert holds("mid-bay, four elements a bay, µm", abs(fine[1] - 495.49), 0.01)
     # The local term is the exact difference of the loaded element; the rest of the line is one element a bay.
-    holds("mid-bay, one element and local compliance, µm", abs(mended[1] - 495.49), 0.01)
+    assert holds("mid-bay, one element and local compliance, µm", abs(mended[1] - 495.49), 0.01)
     # The sleeper-passing excitation: the wheel sinks between the seats, and rises there without the term.
     assert mended[1] - mended[0] > 8.0 and fine[1] - fine[0] > 8.0
     assert plain[1] - plain[0] < -5.0
@@ -155,8 +157,8 @@ def test_rest_starts_on_an_undeformed_track_with_the_static_load(holds):
     assert result.contact_force[0, 0, 0] == pytest.approx(load, rel=1e-12)
     assert (result.rail[0, 0] == 0.0).all()
     # The undeformed track takes the load as a blow; 2.5 µs resolve the 1 kHz contact with rail modes to 1e-4.
-    holds("force, of the load", np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max() / load, 3e-4)
-    holds("vehicle", np.abs(vehicle - history.vehicle).max() / np.abs(history.vehicle - z).max(), 1e-4)
+    assert holds("force, of the load", np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max() / load, 3e-4)
+    assert holds("vehicle", np.abs(vehicle - history.vehicle).max() / np.abs(history.vehicle - z).max(), 1e-4)
 
 
 def test_a_given_state_is_carried_on_from_its_displacements_and_velocities(holds):
@@ -171,18 +173,22 @@ def test_a_given_state_is_carried_on_from_its_displacements_and_velocities(holds
     history = system.run(TIMES, initial=initial, rtol=1e-7)
     result, vehicle = koh_run(speed, start, tb.State(q, rate, track, velocity))
     load = 9.81 * 4100.0
-    holds("force at t = 0, of the load", abs(result.contact_force[0, 0, 0] - history.force[0, 0]) / load, 1e-9)
+    assert holds("force at t = 0, of the load", abs(result.contact_force[0, 0, 0] - history.force[0, 0]) / load, 1e-9)
     # As above; the state is far out of balance, begins with eight times the load and leaves the rail at once.
     assert len(history.lost) == 1
     error = np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max()
-    holds("force, of the peak", error / history.force.max(), 4e-4)
-    holds("vehicle", np.abs(vehicle - history.vehicle).max() / np.abs(q).max(), 1e-4)
+    assert holds("force, of the peak", error / history.force.max(), 4e-4)
+    assert holds("vehicle", np.abs(vehicle - history.vehicle).max() / np.abs(q).max(), 1e-4)
 
 
 def test_the_static_state_is_an_equilibrium_of_the_independent_system(holds):
     result, vehicle = koh_run(30.0, 14.55, "static")
     history = koh_system(30.0, 14.55).run(TIMES, rtol=1e-7)
     # Newton's method on either side, to round-off.
-    holds("vehicle at t = 0", np.abs(vehicle[0] - history.vehicle[0]).max() / np.abs(history.vehicle[0]).max(), 1e-11)
+    assert holds(
+        "vehicle at t = 0", np.abs(vehicle[0] - history.vehicle[0]).max() / np.abs(history.vehicle[0]).max(), 1e-11
+    )
     # No blow here: the wheel merely begins to roll.
-    holds("force, of the load", np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max() / (9.81 * 4100), 1e-4)
+    assert holds(
+        "force, of the load", np.abs(result.contact_force[0, :, 0] - history.force[:, 0]).max() / (9.81 * 4100), 1e-4
+    )

@@ -51,7 +51,7 @@ def test_radau_and_an_explicit_method_agree_on_the_reference(holds):
     radau, explicit = reference(), reference("DOP853")
     peak = radau.force.max()
     # Both at a relative tolerance of 1e-6 a step.
-    holds("force", np.abs(radau.force - explicit.force).max() / peak, 1e-5)
+    assert holds("force", np.abs(radau.force - explicit.force).max() / peak, 1e-5)
     assert [t for t, _ in radau.lost] == pytest.approx([t for t, _ in explicit.lost], abs=1e-8)
     assert [t for t, _ in radau.regained] == pytest.approx([t for t, _ in explicit.regained], abs=1e-8)
 
@@ -67,15 +67,15 @@ def test_the_force_history_follows_radau(holds):
     peak = reference().force.max()
     error = force_errors(40)
     # 2.5 µs: second order with 1 kHz rail modes between landings; 5e-4 at the worst of 500 samples.
-    holds("force at 2.5 µs, of the peak", error.max() / peak, 6e-4)
-    holds("rms force at 2.5 µs, of the peak", np.sqrt((error**2).mean()) / peak, 1e-4)
+    assert holds("force at 2.5 µs, of the peak", error.max() / peak, 6e-4)
+    assert holds("rms force at 2.5 µs, of the peak", np.sqrt((error**2).mean()) / peak, 1e-4)
     result, z = passage(40)
     exact = reference().vehicle[::FINER]
     travel = np.abs(exact - exact[0]).max(0)
-    holds("displacements of the vehicle", (np.abs(z - exact).max(0) / travel).max(), 1e-4)
+    assert holds("displacements of the vehicle", (np.abs(z - exact).max(0) / travel).max(), 1e-4)
     system = DirectIntegration(VEHICLE, TRACK, HERTZ, 1.5, SPEED, START)
     rail = np.stack([system.rail(reference().track[::FINER], x) for x in (FLAT, 16.5)], 1)
-    holds("rail, of its largest deflection", np.abs(result.rail[0] - rail).max() / rail.max(), 2e-4)
+    assert holds("rail, of its largest deflection", np.abs(result.rail[0] - rail).max() / rail.max(), 2e-4)
 
 
 def test_the_landing_peak_depends_on_the_phase_of_the_step_and_converges_with_its_square(holds):
@@ -90,7 +90,7 @@ def test_the_landing_peak_depends_on_the_phase_of_the_step_and_converges_with_it
         errors.append(np.abs(forces / peak - 1.0).max())
     # The peak is 0.3 ms wide at half its height: steps of 0.2 ms flatten it, and their ends miss it, by up to a fifth.
     for step, error, tolerance in zip(steps, errors, (0.25, 0.075, 0.02, 5e-3, 1.5e-3), strict=True):
-        holds(f"peak force at {1e6 * step:g} µs, worst phase", error, tolerance)
+        assert holds(f"peak force at {1e6 * step:g} µs, worst phase", error, tolerance)
     order = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert 1.6 < order < 2.4
 

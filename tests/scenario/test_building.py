@@ -45,6 +45,16 @@ def test_the_model_is_the_one_that_the_parts_give() -> None:
     assert (model.step, model.splitting) == (1e-4, 2 - 2**0.5)
 
 
+def test_the_surface_of_an_endless_track_does_not_depend_on_how_far_a_run_goes() -> None:
+    endless = ["track.length=endless", "run.start=60 m"]
+    short, long = (
+        Scenario.from_text(ROUGH, overrides=[*endless, f"run.distance={distance} m"]) for distance in (200, 15_000)
+    )
+    x = np.linspace(60.0, 250.0, 500)
+    assert np.array_equal(short.irregularity(3)(x), long.irregularity(3)(x))
+    assert long.irregularity(3).period == np.inf
+
+
 @pytest.mark.parametrize(
     ("track", "kind"),
     [

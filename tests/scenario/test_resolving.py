@@ -42,9 +42,10 @@ def test_units_and_defaults_do_not_change_what_a_scenario_is() -> None:
     assert plain.resolved() == load().resolved()
 
 
-def test_more_runs_are_the_same_scenario_and_everything_else_is_not() -> None:
+def test_more_runs_and_what_is_done_with_them_are_the_same_scenario_and_everything_else_is_not() -> None:
     base = load().hash
     assert load("campaign.runs=1000").hash == base
+    assert load('keep.timelines="none"', "limits.diverged.max=3").hash == base
     for change in (
         "campaign.seed=1",
         "vehicle.carbody_mass=41 t",

@@ -113,7 +113,6 @@ def test_a_step_that_is_no_time_in_range_is_refused(value: str) -> None:
     ("lines", "key"),
     [
         ("[track]\nsections = []", "track.sections"),
-        ('[track]\nmatrices = { mass = "m.mtx" }', "track.matrices"),
         ('[track]\nmodel = "ballast"', "track.model"),
         ('[vehicle]\nmodel = "koh-column"\ncount = 3', "vehicle.count"),
         ('[vehicle]\nmodel = "koh-column"\ncoach_pitch = 25', "vehicle.coach_pitch"),

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tbatch.scenario import units
 from tbatch.scenario.units import DIMENSIONS, UnitError, to_si
 
 
@@ -77,3 +78,22 @@ def test_any_text_gives_a_number_or_a_unit_error(text: str) -> None:
             assert isinstance(to_si(text, unit), float)
         except UnitError as error:
             assert str(error)
+
+
+def fresh_factor():
+    """Metres per second in a km/h, from units read anew."""
+    units._registry.cache_clear()
+    units._factor.cache_clear()
+    return to_si("300 km/h", "m/s")
+
+
+def test_parsed_units_are_kept_between_starts_and_a_damaged_file_of_them_harms_nothing(tmp_path, monkeypatch):
+    monkeypatch.setenv("TBATCH_CACHE", str(tmp_path))
+    for damage in (b"", b"\x80\x05junk", b"\x80\x05K\x01."):  # nothing, no pickle, a pickle of something else
+        assert fresh_factor() == 300 / 3.6
+        kept = list(tmp_path.rglob("*.pickle"))
+        assert kept
+        for path in kept:
+            path.write_bytes(damage)
+    assert fresh_factor() == 300 / 3.6
+    units._registry.cache_clear()

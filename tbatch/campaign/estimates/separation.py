@@ -59,6 +59,9 @@ def separation_estimates(units: Units) -> Iterator[Estimate]:
     ):
         largest = float(np.max(units[largest_of_run], initial=0.0)) if count else math.nan
         yield Estimate(f"separation.{name}.max", unit, largest, largest, math.inf, LARGEST_SEEN, count)
+    lengths = units.events["length"][whole] if "length" in units.events else np.zeros(0)
+    longest = float(np.max(lengths, initial=0.0)) if count else math.nan
+    yield Estimate("separation.length.max", "m", longest, longest, math.inf, LARGEST_SEEN, count)
 
 
 def _least(units: Units) -> Iterator[tuple[str, float, NDArray[np.float64]]]:

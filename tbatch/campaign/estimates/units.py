@@ -75,7 +75,8 @@ class Records:
         self._wheels, self._wheel_key = self._kept(wheels)
         self._events, self._event_key = self._kept(events)
         self._lists = {name: _matrix(wheels[name]) for name in HISTOGRAMS if name in wheels.column_names}
-        self._kept_wheels = np.isin(_key(wheels["case"].to_numpy(), wheels["sample"].to_numpy()), self._sound)
+        kept_wheels = np.isin(_key(wheels["case"].to_numpy(), wheels["sample"].to_numpy()), self._sound)
+        self._list_row = np.flatnonzero(kept_wheels)
         load = self._wheels.get("static_load")
         if load is not None:
             for name in ("max", "min", "20hz_max", "20hz_min"):
@@ -123,7 +124,7 @@ class Records:
         histograms = {}
         for name, matrix in self._lists.items():
             total = np.zeros((len(unit), matrix.shape[1]))
-            np.add.at(total, row, matrix[self._kept_wheels][kept])
+            np.add.at(total, row, matrix[self._list_row[kept]])
             histograms[name] = total
         first = np.full(len(unit), -1)
         first[row[::-1]] = np.arange(len(key))[::-1]
@@ -171,10 +172,10 @@ def _numbers(table: pa.Table) -> dict[str, NDArray[Any]]:
     }
 
 
-def _matrix(column: pa.ChunkedArray) -> NDArray[np.float64]:
-    lists = column.combine_chunks()
-    flat = lists.flatten().to_numpy(zero_copy_only=False)
-    return np.asarray(flat, float).reshape(len(column), -1) if len(column) else np.zeros((0, 0))
+def _matrix(column: pa.ChunkedArray) -> NDArray[Any]:
+    """Lists of equal length, shape (row, entry); of the stored type, since this is most of what a campaign holds."""
+    flat = column.combine_chunks().flatten().to_numpy(zero_copy_only=False)
+    return np.asarray(flat.reshape(len(column), -1)) if len(column) else np.zeros((0, 0))
 
 
 def _extreme(

@@ -14,3 +14,7 @@ import os
 # Both must be set before taichi is imported: the first silences a banner on stdout, the second a network call (1.7.4).
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")
+
+from tbatch.engine.frontend import read_functions_once
+
+read_functions_once()

@@ -11,9 +11,9 @@ from typing import Any, Protocol
 
 import numpy as np
 import taichi as ti
-from scipy.signal import butter, sosfilt_zi
 
 from tbatch.engine.rows import LANES
+from tbatch.numerics.low_pass import rest_delays, sections
 
 RATIOS = (0.1, 0.2, 0.4, 0.6, 0.8)
 """Values of Q/Q0 below which time is counted."""
@@ -221,17 +221,11 @@ class LowPass:
     def start(self, step: float, load: np.ndarray) -> np.ndarray:
         """Coefficients for this step, delays at rest under the static load."""
         rows = np.zeros((18, len(load)))
-        nyquist = 0.5 / step
-        if self.cutoff < nyquist:
-            sections = butter(4, self.cutoff / nyquist, output="sos")
-            delays = sosfilt_zi(sections)
-        else:
-            # A step too long to hold 20 Hz passes the force as it is.
-            sections, delays = np.tile([1.0, 0, 0, 1, 0, 0], (2, 1)), np.zeros((2, 2))
-        for number, section in enumerate(sections):
-            rows[7 * number : 7 * number + 3] = section[:3, None]
-            rows[7 * number + 3 : 7 * number + 5] = section[4:, None]
-            rows[7 * number + 5 : 7 * number + 7] = delays[number][:, None] * load
+        # A step too long to hold 20 Hz passes the force as it is.
+        passing = np.array([[1.0, 0.0, 0.0, 0.0, 0.0]] * 2)
+        for number, section in enumerate(sections(self.cutoff, step) if self.cutoff < 0.5 / step else passing):
+            rows[7 * number : 7 * number + 5] = section[:, None]
+            rows[7 * number + 5 : 7 * number + 7] = rest_delays(section)[:, None] * load
         rows[14], rows[15] = -np.inf, np.inf
         return rows
 

@@ -6,6 +6,7 @@ from tbatch.engine.kernels.contact import solve_contact
 from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces, rail_under_wheels
 from tbatch.engine.kernels.record import end_diverged, end_finished, follow_separations, take_statistics
 from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample
+from tbatch.engine.kernels.sparse_sweeps import sparse_backward, sparse_forward, sparse_products, sparse_update
 from tbatch.engine.kernels.sweeps import backward_sweep, forward_sweep
 from tbatch.engine.kernels.travel import follow_vehicle
 from tbatch.engine.kernels.vehicle import pull_wheels, vehicle_first, vehicle_load_first, vehicle_second
@@ -38,6 +39,14 @@ def advance(
     columns: ti.types.ndarray(Four, 3),
     element_class: ti.types.ndarray(ti.i32, 1),
     window_start: ti.types.ndarray(ti.i32, 1),
+    # constant model: an imported track's rail and entry lists (`tbatch.numerics.sparse_factorization`)
+    rail_x: ti.types.ndarray(ti.f64, 1),
+    rail_rows: ti.types.ndarray(ti.i32, 1),
+    near: ti.types.ndarray(ti.i32, 2),
+    rail_places: ti.i32,
+    starts: ti.types.ndarray(ti.i32, 2),
+    partner: ti.types.ndarray(ti.i32, 1),
+    product: ti.types.ndarray(ti.f64, 3),
     # constant model: the vehicle and the probes
     wheel_dofs: ti.types.ndarray(ti.i32, 1),
     probe_rows: ti.types.ndarray(ti.i32, 2),
@@ -77,7 +86,7 @@ def advance(
 
                 # On an endless track the line has to follow the vehicle; its load is then made anew (half -1).
                 first_half = 0
-                if ti.static(pattern.dofs > 0):
+                if ti.static(pattern.dofs > 0 and not pattern.sparse):
                     if period_elements > 0:
                         first_half = follow_vehicle(
                             at, pattern, memory, marks, lockstep, b, n, step, period, period_elements, home,
@@ -90,20 +99,25 @@ def advance(
                     when = ti.cast(n, ti.f64) + ti.select(half == 0, scheme[5], 1.0)
                     if half == 0:
                         # f₀; the other terms of the track's load stand there already.
-                        push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
+                        push_contact_forces(at, pattern, memory, marks, lockstep, rail_rows, load, b)
                     if half >= 0:
                         # The contact forces at the substep's end, exactly; then the loads with them.
                         free_overlaps(
                             at, pattern, memory, marks, wheel_dofs, lockstep, b, rate, half, when, step,
-                            element_length, elements, period, compliance, columns, element_class, window_start,
-                            segment_real, segment_whole, coefficients, displacement, load,
+                            element_length, elements, period, compliance, columns, element_class, window_start, rail_x,
+                            rail_rows, near, rail_places, segment_real, segment_whole, coefficients, displacement, load,
                         )  # fmt: skip
                         solved = solve_contact(at, memory, b)
                         good = ti.select(solved > 0.5, good, 0.0 * solved)
                         pull_wheels(at, memory, wheel_dofs, b)
-                        push_contact_forces(at, pattern, memory, marks, lockstep, load, b)
+                        push_contact_forces(at, pattern, memory, marks, lockstep, rail_rows, load, b)
                     # Both subsystems with these forces, and their loads for the next substep.
-                    if ti.static(pattern.dofs > 0):
+                    if ti.static(pattern.sparse):
+                        sparse_forward(starts, partner, rows, rate, b, load)
+                        sparse_backward(starts, partner, rows, rate, b, load)
+                        sparse_update(half, b, scheme, displacement, velocity, load)
+                        sparse_products(starts, partner, product, half, b, displacement, velocity, load)
+                    elif ti.static(pattern.dofs > 0):
                         if half >= 0:
                             forward_sweep(pattern, rows, node_class, rate, b, load)
                         backward_sweep(pattern, rows, node_class, rate, half, b, scheme, displacement, velocity, load)
@@ -120,7 +134,7 @@ def advance(
                 take_statistics(at, accumulators, memory, marks, statistic_rows, b, time, rows_per_wheel, counters)
                 follow_separations(at, memory, marks, events, b, n + 1, watch, time)
                 if sampled:
-                    rail_under_wheels(at, pattern, memory, marks, lockstep, displacement, b)
+                    rail_under_wheels(at, pattern, memory, marks, lockstep, rail_rows, displacement, b)
                     write_sample(
                         at, memory, sample_rows, samples, probe_rows, probe_shape, displacement, velocity,
                         b, (n + 1) // every - first_sample, probe_memory, scheme,

@@ -31,7 +31,8 @@ def free_overlaps(
     at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), wheel_dofs: ti.template(),
     lockstep: ti.template(), b, rate, half, when, step, element_length, elements, period, compliance,
     columns: ti.template(),
-    element_class: ti.template(), window_start: ti.template(), segment_real: ti.template(),
+    element_class: ti.template(), window_start: ti.template(), rail_x: ti.template(), rail_rows: ti.template(),
+    near: ti.template(), rail_places, segment_real: ti.template(),
     segment_whole: ti.template(), coefficients: ti.template(), displacement: ti.template(), load: ti.template(),
 ):  # fmt: skip
     """Place the wheels at `when` steps; δ_free goes into the overlap rows, H into the flexibility rows.
@@ -41,38 +42,64 @@ def free_overlaps(
     """
     if lockstep[b] == 1:
         time = ti.min(when, memory[b, at.end][0]) * step
-        place_wheels(at, memory, marks, b, 0, time, element_length, elements, period)
+        place_wheels(at, pattern, memory, marks, b, 0, time, element_length, elements, period, rail_x)
         for lane in range(LANES):
             find_levels(at, memory, marks, b, lane, time, segment_real, segment_whole, coefficients)
         if ti.static(pattern.dofs > 0):
             for j in range(at.wheels):
                 rail = gather_rail_lockstep(
-                    at, pattern, memory, marks, columns, element_class, window_start, load, rate, b, j
+                    at, pattern, memory, marks, columns, element_class, window_start, near, load, rate, b, j
                 )
                 if half == 0:
-                    rail = rail - rail_value_lockstep(at, pattern.dofs, memory, marks, displacement, b, j)
+                    rail = rail - rail_value_lockstep(at, pattern, memory, marks, rail_rows, displacement, b, j)
                 memory[b, at.rail + j] = rail
         flexibilities_lockstep(
-            at, pattern, memory, marks, columns, element_class, window_start, rate, b, element_length, compliance
+            at,
+            pattern,
+            memory,
+            marks,
+            columns,
+            element_class,
+            window_start,
+            rail_x,
+            rail_places,
+            rate,
+            b,
+            element_length,
+            compliance,
         )
     else:
         for lane in range(LANES):
             time = ti.min(when, memory[b, at.end][lane]) * step
-            place_wheels(at, memory, marks, b, lane, time, element_length, elements, period)
+            place_wheels(at, pattern, memory, marks, b, lane, time, element_length, elements, period, rail_x)
             find_levels(at, memory, marks, b, lane, time, segment_real, segment_whole, coefficients)
             for i in range(at.wheels):
                 if ti.static(pattern.dofs > 0):
                     rail = gather_rail(
-                        at, pattern, memory, marks, columns, element_class, window_start, load, rate, b, lane, i
+                        at, pattern, memory, marks, columns, element_class, window_start, near, load, rate, b, lane, i
                     )
                     if half == 0:
-                        rail = rail - rail_value(at, pattern.dofs, memory, marks, displacement, b, lane, i)
+                        rail = rail - rail_value(at, pattern, memory, marks, rail_rows, displacement, b, lane, i)
                     memory[b, at.rail + i][lane] = rail
                 for j in range(i + 1):
-                    flexibility = local_compliance(at, memory, marks, b, lane, element_length, compliance, i, j)
+                    flexibility = local_compliance(
+                        at, pattern, memory, marks, rail_x, b, lane, element_length, compliance, i, j
+                    )
                     if ti.static(pattern.dofs > 0):
                         flexibility = flexibility + rail_flexibility(
-                            at, pattern.dofs, memory, marks, columns, element_class, window_start, rate, b, lane, i, j
+                            at,
+                            pattern,
+                            memory,
+                            marks,
+                            columns,
+                            element_class,
+                            window_start,
+                            rail_places,
+                            rate,
+                            b,
+                            lane,
+                            i,
+                            j,
                         )
                     memory[b, at.flexibility + i * at.wheels + j][lane] = flexibility
     for i in range(at.wheels):
@@ -92,27 +119,27 @@ def free_overlaps(
 @ti.func
 def push_contact_forces(
     at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), lockstep: ti.template(),
-    load: ti.template(), b,
+    rail_rows: ti.template(), load: ti.template(), b,
 ):  # fmt: skip
     """Add Nᵀ F to the track's load of every lane."""
     if ti.static(pattern.dofs > 0):
         if lockstep[b] == 1:
-            push_rail_lockstep(at, pattern.dofs, memory, marks, load, b)
+            push_rail_lockstep(at, pattern, memory, marks, rail_rows, load, b)
         else:
             for lane in range(LANES):
-                push_rail(at, pattern.dofs, memory, marks, load, b, lane)
+                push_rail(at, pattern, memory, marks, rail_rows, load, b, lane)
 
 
 @ti.func
 def rail_under_wheels(
     at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), lockstep: ti.template(),
-    vector: ti.template(), b,
+    rail_rows: ti.template(), vector: ti.template(), b,
 ):  # fmt: skip
     """N u under every wheel of every lane, into the rail rows."""
     if ti.static(pattern.dofs > 0):
         for j in range(at.wheels):
             if lockstep[b] == 1:
-                memory[b, at.rail + j] = rail_value_lockstep(at, pattern.dofs, memory, marks, vector, b, j)
+                memory[b, at.rail + j] = rail_value_lockstep(at, pattern, memory, marks, rail_rows, vector, b, j)
             else:
                 for lane in range(LANES):
-                    memory[b, at.rail + j][lane] = rail_value(at, pattern.dofs, memory, marks, vector, b, lane, j)
+                    memory[b, at.rail + j][lane] = rail_value(at, pattern, memory, marks, rail_rows, vector, b, lane, j)

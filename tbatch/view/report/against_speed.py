@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tbatch.campaign.estimates import ANY_WHEELSET, Estimate
 from tbatch.view.report.drawing import Picture, drawing, log_bottom, svg_of, wheel_style
@@ -55,15 +56,7 @@ def by_wheelset(
             low = np.array([max(one.low, bottom) for one in found])
             high = np.array([one.high for one in found])
             axes.errorbar(x, value, yerr=[value - low, high - value], elinewidth=1.0, capsize=1.5, **style)
-            none = [(at, one.high) for at, one in zip(x, found, strict=True) if one.value == 0.0]
-            for at, upper in none:
-                axes.annotate(
-                    "",
-                    (at, max(bottom, upper / 3.0)),
-                    (at, upper),
-                    arrowprops={"arrowstyle": "->", "color": style["color"], "shrinkA": 0, "shrinkB": 0, "lw": 1.0},
-                )
-                axes.plot([at], [upper], marker="_", color=style["color"], markersize=6)
+            _none_seen(axes, x, found, bottom, style["color"])
         axes.set_yscale("log")
         axes.set_ylim(bottom=bottom)
         _mark_speeds(axes, speeds)
@@ -96,14 +89,17 @@ def by_estimate(
         caption: Below the figure.
         log: Whether the ordinate is logarithmic.
     """
+    numbers = [end for one in table.values() for name in names if name in one for end in _ends(one[name])]
+    bottom = log_bottom(min(numbers, default=0.1))
     with drawing() as (figure, axes):
         gap = 0.5 * _smallest_gap(speeds) * KMH / (len(names) + 1)
         for place, (name, label) in enumerate(names.items()):
             found = [table[case, ANY_WHEELSET].get(name) for case in range(len(speeds))]
             kept = [(KMH * speed, one) for speed, one in zip(speeds, found, strict=True) if one is not None]
-            value = np.array([one.value for _, one in kept])
+            value = np.array([one.value if one.value > 0.0 or not log else math.nan for _, one in kept])
             x = np.array([at for at, _ in kept]) + (place - (len(names) - 1) / 2) * gap
             low = np.array([one.low if math.isfinite(one.low) else one.value for _, one in kept])
+            low = np.maximum(low, bottom) if log else low
             high = np.array([one.high if math.isfinite(one.high) else one.value for _, one in kept])
             style = {**wheel_style(place + 1), "label": label}
             with np.errstate(invalid="ignore"):
@@ -112,15 +108,25 @@ def by_estimate(
             for at, (_, one) in zip(x, kept, strict=True):
                 if math.isinf(one.high) or math.isinf(one.low):
                     axes.plot([at], [one.value], marker=2 if math.isinf(one.high) else 3, color=style["color"], ms=7)
+            if log:
+                _none_seen(axes, x, [one for _, one in kept], bottom, style["color"])
         if log:
-            numbers = [end for one in table.values() for name in names if name in one for end in _ends(one[name])]
             axes.set_yscale("log")
-            axes.set_ylim(log_bottom(min(numbers, default=0.1)), 2.0 * max(numbers, default=1.0))
+            axes.set_ylim(bottom, 2.0 * max(numbers, default=1.0))
         _mark_speeds(axes, speeds)
         axes.set_ylabel(axis)
         axes.legend(ncols=len(names), loc="lower center", bbox_to_anchor=(0.5, 1.0))
         svg = svg_of(figure, picture, title)
     return Picture(picture, title, caption, svg, COLUMNS, rows_of(table, speeds, [ANY_WHEELSET], list(names)))
+
+
+def _none_seen(axes: Any, x: NDArray[Any], found: Sequence[Estimate], bottom: float, colour: Any) -> None:
+    """Where none was seen, an arrow down from the upper limit."""
+    for at, one in zip(x, found, strict=True):
+        if one.value == 0.0 and math.isfinite(one.high):
+            form = {"arrowstyle": "->", "color": colour, "shrinkA": 0, "shrinkB": 0, "lw": 1.0}
+            axes.annotate("", (at, max(bottom, one.high / 3.0)), (at, one.high), arrowprops=form)
+            axes.plot([at], [one.high], marker="_", color=colour, markersize=6)
 
 
 def _smallest_gap(speeds: Sequence[float]) -> float:

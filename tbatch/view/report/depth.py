@@ -41,6 +41,9 @@ def convergence_picture(speed: float, units: Units) -> Picture:
             high = np.array([one.high for one in points])
             band(axes, runs, [one.low for one in points], high, colour)
             axes.set_xscale("log")
+            ticks = _ticks(runs[0], runs[-1]) if runs else []
+            axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
+            axes.minorticks_off()
             known = [*values[np.isfinite(values)], *high[np.isfinite(high)][-4:], 0.0]
             axes.set_ylim(0.0 if place < 2 else None, 1.15 * max(known) or 1.0)
             if place == 2:
@@ -57,6 +60,12 @@ def convergence_picture(speed: float, units: Units) -> Picture:
         "Each estimate for any wheelset from the first n runs, with its 95 % interval; a band without an edge is open."
     )
     return Picture("convergence", title, caption, svg, ("estimate", "runs", "value", "low", "high", "method"), rows)
+
+
+def _ticks(first: int, last: int) -> list[int]:
+    """Round numbers in a range, few enough to be read."""
+    steps = (1, 2, 5) if last < 50 * first else (1,)
+    return [step * 10**power for power in range(9) for step in steps if first <= step * 10**power <= last]
 
 
 def extremes_picture(speed: float, units: Units) -> tuple[Picture, list[ExtremeFit]] | None:
@@ -122,30 +131,37 @@ def sensitivity_picture(speed: float, units: Units) -> tuple[Picture, list[Sensi
     chosen = [name for name in ("separated", "separations", "ratio_max") if any(one.outcome == name for one in found)]
     labels = {"separated": "whether a run separates", "separations": "how often", "ratio_max": "largest Q/Q0"}
     title = f"What separation depends on, at {KMH * speed:.4g} km/h"
-    with drawing(height=1.2 + 0.5 * len(varied)) as (figure, axes):
-        for place, outcome in enumerate(chosen):
-            style = wheel_style(place + 1)
-            of = {one.varied: one for one in found if one.outcome == outcome}
-            y = np.arange(len(varied)) + 0.2 * (place - 1)
-            value = np.array([of[name].correlation for name in varied])
-            low, high = (np.array([getattr(of[name], end) for name in varied]) for end in ("low", "high"))
-            errors = [np.maximum(value - low, 0.0), np.maximum(high - value, 0.0)]
-            axes.errorbar(
-                value, y, xerr=errors, fmt=style["marker"], color=style["color"], label=labels[outcome], capsize=2
-            )
-        axes.axvline(0.0, color="#444444", linewidth=0.8)
-        axes.set_yticks(np.arange(len(varied)), varied)
-        axes.set_ylim(len(varied) - 0.5, -0.5)
-        axes.set_xlim(-1.0, 1.0)
-        axes.set_xlabel("Spearman's rank correlation [-]")
-        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
-        svg = svg_of(figure, "sensitivity", title)
-    rows = [[one.varied, one.outcome, one.correlation, one.low, one.high, one.runs] for one in found]
-    caption = (
-        "Rank correlation over the runs between each varied number and what any wheelset does. Bars: 95 %, bootstrap"
-        " over runs. A correlation sees what rises or falls together, not what acts by its deviation to either side."
+    panels = (
+        ("Spearman's rank correlation [-]", ("correlation", "low", "high"), -1.0),
+        ("share of the variance [-]", ("share", "share_low", "share_high"), 0.0),
     )
-    head = ("varied", "outcome", "rank correlation", "low (95 %)", "high (95 %)", "runs")
+    with drawing(height=1.4 + 0.5 * len(varied), panels=2, sharey=True) as (figure, grid):
+        for axes, (label, fields, least) in zip(grid, panels, strict=True):
+            for place, outcome in enumerate(chosen):
+                style = wheel_style(place + 1)
+                of = {one.varied: one for one in found if one.outcome == outcome}
+                y = np.arange(len(varied)) + 0.2 * (place - 1)
+                value, low, high = (np.array([getattr(of[name], field) for name in varied]) for field in fields)
+                errors = [np.maximum(value - low, 0.0), np.maximum(high - value, 0.0)]
+                form = {"fmt": style["marker"], "color": style["color"], "capsize": 2}
+                axes.errorbar(value, y, xerr=errors, label=labels[outcome], **form)
+            axes.axvline(0.0, color="#444444", linewidth=0.8)
+            axes.set_yticks(np.arange(len(varied)), varied)
+            axes.set_ylim(len(varied) - 0.5, -0.5)
+            axes.set_xlim(least, 1.0)
+            axes.set_xlabel(label)
+        figure.legend(*grid[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+        svg = svg_of(figure, "sensitivity", title)
+    numbers = [field for _, fields, _ in panels for field in fields]
+    rows = [[one.varied, one.outcome, *(getattr(one, field) for field in numbers), one.runs] for one in found]
+    caption = (
+        "What any wheelset does in a run against each varied number. Left: rank correlation, which sees what rises or"
+        " falls together (bars: 95 %, bootstrap over runs). Right: first-order Sobol index, the share of the variance"
+        " that the number alone explains, whichever way it acts (bars: 95 %, regression on polynomials of its rank);"
+        " the rest is the irregularity's and that of numbers together."
+    )
+    ends = ("low (95 %)", "high (95 %)")
+    head = ("varied", "outcome", "rank correlation", *ends, "share of variance", *ends, "runs")
     return Picture("sensitivity", title, caption, svg, head, rows), found
 
 

@@ -1,6 +1,6 @@
-"""Figures of single runs, simulated again: the worst and a median one, and their spectra."""
+"""Figures of single runs, simulated again: the worst and a median one."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -8,9 +8,12 @@ from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import Units
 from tbatch.scenario.run_name import run_name
 from tbatch.view.report.drawing import LIMIT_COLOUR, Picture, drawing, svg_of, wheel_style
+from tbatch.view.report.spectra import spectra_picture
+
+if TYPE_CHECKING:
+    from tbatch.physics.vehicle import Vehicle
 
 KMH = 3.6
-_THIRD_OCTAVES = np.arange(0, 34)  # IEC 61260, base ten: 1 Hz to 2 kHz
 _MOST_ROWS = 20_000
 
 
@@ -22,19 +25,20 @@ def chosen_runs(units: Units) -> tuple[int, int]:
 
 
 def history_pictures(campaign: Campaign, case: int, units: Units) -> list[Picture]:
-    """Histories of both runs, simulated again bit for bit, and third-octave levels of their contact forces."""
+    """Histories of both runs, simulated again bit for bit, and third octaves of their forces and accelerations."""
     from tbatch.engine.runs import SaveAt
 
     names = [run_name(case, int(units.sample[place])) for place in dict.fromkeys(chosen_runs(units))]
     step = campaign.step
-    save = SaveAt(every=step, channels=("contact_force", "irregularity"))
+    save = SaveAt(every=step, channels=("contact_force", "irregularity", "vehicle_acceleration"))
     result = campaign.replay_together(names, save=save)
     load = np.asarray(result.summary["static_load"].to_numpy()).reshape(len(names), -1)
     ratio = result.contact_force / load[:, None, :]
     speeds = units.inputs["speed"][[int(np.searchsorted(units.sample, campaign.pair(name)[1])) for name in names]]
     run = campaign.store.resolved["run"]
     start = float(run["start"])
-    offsets = campaign.scenario.model().vehicle.wheel_offsets
+    model = campaign.scenario.model()
+    offsets = model.vehicle.wheel_offsets
     words = ["the worst run", "a median run"][: len(names)]
     pictures = [
         _history(
@@ -49,7 +53,22 @@ def history_pictures(campaign: Campaign, case: int, units: Units) -> list[Pictur
         )
         for index, (name, word, speed) in enumerate(zip(names, words, speeds, strict=True))
     ]
-    return [*pictures, _spectra(names, words, ratio, step)]
+    loads = {f"{word}, {name}": ratio[index, :, 0] for index, (name, word) in enumerate(zip(names, words, strict=True))}
+    bodies = _bodies(model.vehicle)
+    accelerations = {name: result.channels["vehicle_acceleration"][0, :, dof] for name, dof in bodies.items()}
+    track = model.track
+    bay = track.element_length * track.period
+    marks = {"fasteners": float(speeds[0]) / bay} if track.kind == "slab" else {}
+    return [*pictures, spectra_picture(loads, accelerations, step, marks)]
+
+
+def _bodies(vehicle: "Vehicle") -> dict[str, int]:
+    """Dof of the leading body of each kind, from the wheel up, by its name."""
+    first = {vehicle.dof_names[vehicle.wheel_dofs[0]]: int(vehicle.wheel_dofs[0])}
+    for kind in ("bogie", "carbody"):
+        dofs = [dof for dof, name in enumerate(vehicle.dof_names) if kind in name and "pitch" not in name]
+        first |= {vehicle.dof_names[dof]: dof for dof in dofs[:1]}
+    return first
 
 
 def _history(
@@ -85,46 +104,3 @@ def _history(
         " Below: the irregularity under wheelset 1, dips down. A single record, so without an interval."
     )
     return Picture(f"history_{name}", title, caption, svg, head, rows)
-
-
-def _spectra(names: list[str], words: list[str], ratio: Any, step: float) -> Picture:
-    """Third-octave levels of the leading wheelset's Q/Q0, with the interval of the averaged periodograms."""
-    from scipy.signal import welch
-    from scipy.stats import chi2
-
-    title = "Third-octave spectrum of the leading wheelset's load"
-    rows: list[list[Any]] = []
-    with drawing(height=3.0) as (figure, axes):
-        for place, (name, word) in enumerate(zip(names, words, strict=True)):
-            series = ratio[place, :, 0]
-            series = series[~np.isnan(series)]
-            length = min(len(series), max(256, len(series) // 4))
-            frequency, density = welch(series, 1.0 / step, "hann", nperseg=length)
-            centre = 1000.0 * 10.0 ** ((_THIRD_OCTAVES - 30) / 10.0)
-            width = frequency[1]
-            averaged = max(1, 2 * len(series) // length - 1)
-            points = []
-            for middle in centre:
-                inside = (frequency >= middle * 10**-0.05) & (frequency < middle * 10**0.05)
-                if inside.any():
-                    level = float(np.sqrt(density[inside].sum() * width))
-                    freedom = 2.0 * 0.7 * averaged * np.count_nonzero(inside)
-                    ends = [level * float(np.sqrt(freedom / chi2.ppf(q, freedom))) for q in (0.975, 0.025)]
-                    points.append([float(middle), level, *ends])
-            data = np.array(points)
-            style = wheel_style(place + 1)
-            errors = [data[:, 1] - data[:, 2], data[:, 3] - data[:, 1]]
-            axes.errorbar(data[:, 0], data[:, 1], yerr=errors, **{**style, "label": f"{word}, {name}"}, elinewidth=0.8)
-            rows += [[name, *point] for point in points]
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_xlabel("band centre [Hz]")
-        axes.set_ylabel("RMS of Q/Q0 in the band [-]")
-        axes.legend(loc="lower left")
-        svg = svg_of(figure, "spectra", title)
-    caption = (
-        "RMS of Q/Q0 in third octaves (IEC 61260, base ten), Welch's method with Hann windows and half overlap."
-        " Bars: 95 % chi-square interval of the averaged periodograms, which takes the record for stationary."
-    )
-    head = ("run", "band centre [Hz]", "RMS [-]", "low (95 %)", "high (95 %)")
-    return Picture("spectra", title, caption, svg, head, rows)

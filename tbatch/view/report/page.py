@@ -18,7 +18,7 @@ h2 { font-size: 1.25rem; margin-top: 2.4rem; border-bottom: 1px solid #ddd; }
 h3 { font-size: 1.05rem; margin: 2rem 0 .3rem; } svg { width: 100%; height: auto; }
 svg text { font-family: inherit; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .87rem; margin: .8rem 0; }
-th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid #e4e4e4; vertical-align: top;
+th, td { padding: .2rem .4rem; text-align: right; border-bottom: 1px solid #e4e4e4; vertical-align: top;
          white-space: pre-line; }
 td:not(.text) { white-space: pre; }
 th { border-bottom: 2px solid #999; font-weight: 600; } td.text, th.text { text-align: left; }

@@ -32,9 +32,9 @@ __all__ = [
 
 KMH = 3.6
 _HEADLINE = (
-    ("separated", "separation.probability"),
     ("probability", "separation.probability"),
     ("per km", "separation.per_km"),
+    ("of the time\n[%]", "separation.share"),
     ("longest", "separation.duration.max"),
     ("largest gap\n[mm]", "separation.gap.max"),
     ("min Q/Q0,\nmedian run", "load_ratio.min.p50"),
@@ -94,21 +94,31 @@ def _varied(campaign: Campaign) -> str:
 
 def headline(campaign: Campaign, found: Table, whole: Mapping[str, Estimate]) -> str:
     """A row for each speed, any wheelset, and one for the campaign."""
-    titles = ["speed [km/h]", "runs", *(title for title, _ in _HEADLINE)]
+    titles = ["speed\n[km/h]", "separated\nof runs", *(title for title, _ in _HEADLINE)]
     rows = [[f"{KMH * speed:.4g}", *_cells(found[case, ANY_WHEELSET])] for case, speed in enumerate(campaign.speeds)]
+    for row, diverged in zip(rows, diverged_of(campaign), strict=True):
+        row[1] += f"\n{diverged} diverged" if diverged else ""
     if len(campaign.speeds) > 1:
         rows.append(["all", *_cells(whole)])
     note = (
-        '<p class="note">Below each: its 95 % interval; "open" where the runs are too few for an end. The row of all'
-        " speeds counts samples, each with its runs at all speeds. A separation is a contact force of zero; 20 Hz"
-        " values are EN 14363's and know no separations.</p>"
+        '<p class="note">Diverged runs are left out. Below each: its 95 % interval; "open" where the runs are too few'
+        " for an end. The row of all speeds counts samples, each with its runs at all speeds. A separation is a contact"
+        " force of zero; 20 Hz values are EN 14363's and know no separations.</p>"
     )
     return table_html(titles, rows) + note
 
 
+def diverged_of(campaign: Campaign) -> list[int]:
+    """Diverged runs of each speed."""
+    counts = [0] * len(campaign.speeds)
+    for shard, entry in campaign.store.manifest.shards.items():
+        counts[shard.case] += entry["diverged"]
+    return counts
+
+
 def by_wheelset(campaign: Campaign, found: Table) -> str:
     """A row for each speed and wheelset."""
-    titles = ["speed [km/h]", "wheelset", "runs", *(title for title, _ in _HEADLINE)]
+    titles = ["speed\n[km/h]", "wheelset", "separated\nof runs", *(title for title, _ in _HEADLINE)]
     rows = [
         [f"{KMH * speed:.4g}", str(wheel), *_cells(found[case, wheel])]
         for case, speed in enumerate(campaign.speeds)
@@ -260,17 +270,28 @@ def limit_lines(campaign: Campaign) -> dict[str, list[float]]:
 
 def _cells(numbers: Mapping[str, Estimate]) -> list[str]:
     first = numbers["separation.probability"]
-    cells = [str(first.runs), str(first.count)]
-    for _, name in _HEADLINE[1:]:
+    cells = [f"{first.count} of {first.runs}"]
+    for _, name in _HEADLINE:
         one = numbers.get(name)
         if one is None or math.isnan(one.value):
             cells.append("-")
         elif name.endswith(".max"):
-            gap = one.unit == "m"
-            cells.append(f"{1e3 * one.value:.3g}" if gap else shown(one.value, one.unit))
+            cells.append(f"{1e3 * one.value:.3g}" if one.unit == "m" else _longest(one, numbers))
+        elif name == "separation.share":
+            cells.append(_with_interval(one, 1e2))
         else:
-            cells.append(f"{_plain(one.value, 3)}\n{_plain(one.low, 3)} to {_plain(one.high, 3)}")
+            cells.append(_with_interval(one))
     return cells
+
+
+def _longest(one: Estimate, numbers: Mapping[str, Estimate]) -> str:
+    """The longest separation in time, and below it the longest in length."""
+    length = numbers.get("separation.length.max")
+    return shown(one.value, one.unit) + (f"\n{length.value:.3g} m" if length is not None else "")
+
+
+def _with_interval(one: Estimate, factor: float = 1.0) -> str:
+    return f"{_plain(factor * one.value, 3)}\n{_plain(factor * one.low, 3)} to {_plain(factor * one.high, 3)}"
 
 
 def _plain(value: float, digits: int = 4) -> str:

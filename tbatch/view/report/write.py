@@ -12,8 +12,10 @@ from tbatch.campaign.estimates import ALL_SPEEDS, ANY_WHEELSET, Estimate, Units
 from tbatch.campaign.limits import judge, stored_limits
 from tbatch.view.report import curves, depth, tables
 from tbatch.view.report.drawing import Picture
+from tbatch.view.report.envelopes import envelope_picture
 from tbatch.view.report.histories import history_pictures
 from tbatch.view.report.page import csv_text, figure_html, page_html, table_html
+from tbatch.view.report.spectra import surface_picture
 
 KMH = 3.6
 MOST_SPEEDS = 5  # in a figure with a curve for each
@@ -25,7 +27,7 @@ def write_report(campaign: Campaign, folder: Path, *, histories: bool = True) ->
     Args:
         campaign: The campaign.
         folder: Where to write; made if it is missing.
-        histories: Whether to simulate a worst and a median run again and draw them.
+        histories: Whether to simulate some runs again and draw what becomes of them along the line.
     """
     places = [
         (case, wheel) for case in range(len(campaign.speeds)) for wheel in (*campaign.records.wheels, ANY_WHEELSET)
@@ -36,7 +38,12 @@ def write_report(campaign: Campaign, folder: Path, *, histories: bool = True) ->
     basis = tables.basis(campaign)
     pictures, notes = _pictures(campaign, units, found)
     if histories:
-        pictures["Single runs"] = history_pictures(campaign, _telling_case(units), units[_telling_case(units)])
+        telling = _telling_case(units)
+        some = {case: units[case] for case in _spread(len(campaign.speeds))}
+        pictures["Along the line"] = [envelope_picture(campaign, some)]
+        pictures["Single runs"] = history_pictures(campaign, telling, units[telling])
+        if (surface := surface_picture(campaign, units[telling])) is not None:
+            pictures["The running surface"] = [surface]
     parts = [
         f"<h1>{tables.escape(campaign.name)}</h1>",
         '<p class="note">Wheel-rail separation statistics. Intervals are 95 %; the run is the statistical unit.</p>',
