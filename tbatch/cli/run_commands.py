@@ -103,7 +103,7 @@ def _carry_out(
     from tbatch.campaign.run import run as run_campaign
     from tbatch.campaign.summary import status_text, summary_text
     from tbatch.cli.interruption import Interruption
-    from tbatch.view.kept import write_kept
+    from tbatch.view.kept import recorder
     from tbatch.view.progress import ProgressDisplay
 
     part = _part(shard)
@@ -132,7 +132,7 @@ def _carry_out(
             threads=threads,
             progress=show,
             message=display.message,
-            recorder=write_kept,
+            recorder=recorder(display.message),
             cluster=cluster,
             part=part,
         )
