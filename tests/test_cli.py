@@ -149,6 +149,44 @@ def test_replay_gives_the_stored_run_bit_for_bit_and_a_recording(folder, tmp_pat
     assert file.stat().st_size > 10_000
 
 
+def test_replay_of_several_runs_and_steps_writes_one_recording(folder, tmp_path):
+    file = tmp_path / "compared.rrd"
+    done = tbatch("replay", folder, "--run", "c00-s000001", "--run", "c01-s000001", "--rrd", file)
+    assert done.returncode == 0
+    assert done.stdout.count("bit for bit the stored run") == 2
+    assert file.stat().st_size > 10_000
+    done = tbatch("replay", folder, "--run", "c01-s000001", "--step", "0.05 ms")
+    assert done.returncode == 0
+    assert done.stdout.count("bit for bit the stored run") == 1
+    assert "step 0.05 ms: NOT the stored run, which has a step of 0.1 ms" in done.stdout
+    done = tbatch("view", folder, "--run", "c01-s000001", "--compare")
+    assert done.returncode == 2
+    assert "at least 2 are needed" in done.stderr
+
+
+def test_without_rerun_every_command_but_view_works(folder, tmp_path):
+    """The package blocked as if it were broken: runs are run and replayed, recordings are said to be missing."""
+    blocked = (
+        "import sys; sys.modules['rerun'] = sys.modules['rerun_bindings'] = None\nfrom tbatch.cli import main\nmain()"
+    )
+
+    def without(*arguments):
+        command = [sys.executable, "-c", blocked, *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+    fresh = tmp_path / "fresh"
+    done = without("run", "quick", *SHORT, "--runs", "1", "--out", fresh)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("no recordings of the kept runs: rerun cannot be loaded") == 1
+    assert "Runs: 2 of 2; diverged: 0." in done.stdout
+    done = without("replay", folder, "--run", "c00-s000001", "--rrd", tmp_path / "run.rrd")
+    assert done.returncode == 2
+    assert "bit for bit the stored run" in done.stdout
+    assert "rerun cannot be loaded" in done.stderr
+    for command in ("status", "stats", "verify", "check"):
+        assert without(command, folder).returncode == 0, command
+
+
 def test_a_folder_in_use_is_refused(folder):
     with FolderLock(folder):
         done = tbatch("run", "quick", *SHORT, "--out", folder)
@@ -227,13 +265,16 @@ def test_bad_usage_leaves_with_2_and_a_message(arguments, said):
 def test_methods_prints_saves_and_draws_a_comparison(tmp_path):
     short = ["--set", "track.length=60 m", "--set", "run.start=20 m", "--set", "run.distance=3 m",
              "--set", "run.evaluate_from=1 m"]  # fmt: skip
-    done = tbatch("methods", "smooth_track", *short, "--steps", "1 ms, 1e-4", "--out", tmp_path / "m")
+    done = tbatch(
+        "methods", "smooth_track", *short, "--steps", "1 ms, 1e-4", "--out", tmp_path / "m", "--rrd", tmp_path / "m.rrd"
+    )
     assert done.returncode == 0
     for method in ("two-step", "NML", "NMN", "APL"):
         assert method in done.stdout
     assert "half-period" in done.stdout
     names = {path.name for path in (tmp_path / "m").iterdir()}
     assert {"methods.json", "methods.csv", "work_precision.png", "responses_1000us.png"} <= names
+    assert (tmp_path / "m.rrd").stat().st_size > 10_000
     for wrong in ("0.1 parsecs", "1", "soon"):
         assert tbatch("methods", "smooth_track", "--steps", wrong).returncode == 2
 

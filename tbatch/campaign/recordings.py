@@ -44,7 +44,8 @@ def write_missing_recordings(campaign: "Campaign", recorder: Recorder, report: R
     if todo or present.keys() != noted.keys():
         campaign.store.note_recordings({name: _digest(path) for name, path in present.items()})
     if todo:
-        report(Progress("recording", len(todo), len(todo), 0, 0, 0))
+        written = sum(f"{name}.rrd" in present for name in todo)  # none where they cannot be written
+        report(Progress("recording", written, len(todo), 0, 0, 0))
 
 
 def _digest(path: Path) -> str:

@@ -83,8 +83,16 @@ def status_text(campaign: Campaign, damage: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
-    """What a replayed run did, wheel by wheel, and whether it is the stored one."""
+def replay_text(campaign: Campaign, run_id: str, result: Any, index: int = 0, *, step: float | None = None) -> str:
+    """What a replayed run did, wheel by wheel, and whether it is the stored one.
+
+    Args:
+        campaign: The campaign.
+        run_id: The run.
+        result: A result that holds it.
+        index: Its place there.
+        step: Another step than the stored one's, that it was simulated with [s].
+    """
     case, sample = campaign.pair(run_id)
     speed = campaign.scenario.varied(sample).get("speed", campaign.speeds[case])
     rows = [
@@ -96,17 +104,20 @@ def replay_text(campaign: Campaign, run_id: str, result: Any) -> str:
             _number(row["force_max"], ".1f", 1e-3),
         ]
         for row in result.summary.to_pylist()
+        if row["run"] == index
     ]
-    if not campaign.is_stored(run_id):
+    if step is not None:
+        verdict = f"step {1e3 * step:g} ms: NOT the stored run, which has a step of {1e3 * campaign.step:g} ms"
+    elif not campaign.is_stored(run_id):
         verdict = "not stored in the folder yet, so not compared"
-    elif differing := campaign.differs_from_stored(run_id, result):
+    elif differing := campaign.differs_from_stored(run_id, result, index):
         verdict = f"NOT the stored run, other versions or processor? differing: {', '.join(differing)}"
     else:
         verdict = "bit for bit the stored run"
     return "\n".join(
         [
-            f"{run_id}: {speed * KMH:.4g} km/h, {int(result.steps[0])} steps, "
-            + ("ok" if int(result.status[0]) == 0 else f"diverged at step {int(result.steps[0])}"),
+            f"{run_id}: {speed * KMH:.4g} km/h, {int(result.steps[index])} steps, "
+            + ("ok" if int(result.status[index]) == 0 else f"diverged at step {int(result.steps[index])}"),
             *columns(
                 ["wheelset", "separations", "longest", "min force", "max force"], ["", "", "ms", "kN", "kN"], rows
             ),

@@ -20,6 +20,7 @@ def methods(
     only: Annotated[str | None, typer.Option(help="Methods to compare, such as 'two-step, NML, NMN, APL'.")] = None,
     case: Annotated[int, typer.Option(min=0, help="Which speed of the scenario, from 0.")] = 0,
     sample: Annotated[int, typer.Option(min=0, help="Which sample, from 0.")] = 0,
+    rrd: Annotated[Path | None, typer.Option(metavar="FILE", help="Write all responses as one recording.")] = None,
     direct: Annotated[
         bool, typer.Option("--direct", help="Let NML and APL factorise the coupled matrix at every step.")
     ] = False,
@@ -61,6 +62,11 @@ def methods(
         written += plot_comparison(comparison, folder)
     except ImportError:
         say("no plots: they need matplotlib; install it with: pip install 'tbatch[report]'")
+    if rrd is not None:
+        from tbatch.view.overlaid_methods import overlaid_methods
+        from tbatch.view.timeline import write_overlay
+
+        written.append(write_overlay(overlaid_methods(comparison), rrd))
     if as_json:
         print(json.dumps(json.loads(written[0].read_text(encoding="utf-8")), indent=1))
     else:

@@ -108,7 +108,7 @@ def _carry_out(
     from tbatch.campaign.run import run as run_campaign
     from tbatch.campaign.summary import status_text, summary_text
     from tbatch.cli.interruption import Interruption
-    from tbatch.view.kept import write_kept
+    from tbatch.view.kept import recorder
     from tbatch.view.live import LiveView
     from tbatch.view.progress import ProgressDisplay
 
@@ -144,7 +144,7 @@ def _carry_out(
             threads=threads,
             progress=show,
             message=display.message,
-            recorder=write_kept,
+            recorder=recorder(display.message),
             cluster=cluster,
             part=part,
             observer=view,

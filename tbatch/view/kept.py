@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +11,15 @@ import pyarrow as pa
 
 from tbatch.view.record import Array, RunRecord
 from tbatch.view.scene import FRAME_INTERVAL, MARGIN, OVERHANG
-from tbatch.view.timeline import write_recording
+from tbatch.view.timeline import RecordingUnavailable, check_loadable, write_recording
 
 if TYPE_CHECKING:
     from tbatch.campaign.campaign import Campaign
+    from tbatch.campaign.recordings import Recorder
     from tbatch.engine.result import Result
     from tbatch.engine.runs import SaveAt
     from tbatch.physics.line import Line
+    from tbatch.scenario import Scenario
 
 LAYERS = ("rail", "slab", "base")
 LINE_SPACING = 0.02  # between drawn places of the irregularity [m]
@@ -27,7 +29,7 @@ KMH = 3.6
 
 
 def write_kept(campaign: Campaign, names: Sequence[str], folder: Path) -> None:
-    """Write ``<name>.rrd`` into a folder for each named run; the campaign's recorder.
+    """Write ``<name>.rrd`` into a folder for each named run.
 
     Args:
         campaign: The campaign.
@@ -37,6 +39,27 @@ def write_kept(campaign: Campaign, names: Sequence[str], folder: Path) -> None:
     result = replay_with_histories(campaign, names)
     for index, name in enumerate(names):
         write_recording(record_of(campaign, name, result, index), folder / f"{name}.rrd")
+
+
+def recorder(message: Callable[[str], None]) -> Recorder:
+    """The campaign's recorder; where rerun cannot be loaded it says so once and writes nothing.
+
+    Args:
+        message: Where to say it.
+    """
+    said: list[str] = []
+
+    def record(campaign: Campaign, names: Sequence[str], folder: Path) -> None:
+        try:
+            check_loadable()
+        except RecordingUnavailable as error:
+            if not said:
+                message(f"no recordings of the kept runs: {error}")
+            said.append(str(error))
+            return
+        write_kept(campaign, names, folder)
+
+    return record
 
 
 def replay_with_histories(campaign: Campaign, names: Sequence[str]) -> Result:
@@ -126,10 +149,23 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
             "separations": int(np.sum(summary["separations"].to_numpy())),
             "longest_ms": 1e3 * float(np.max(summary["longest"].to_numpy())),
             "force_max_kN": 1e-3 * float(np.max(summary["force_max"].to_numpy())),
-            "step_ms": 1e3 * campaign.step,
+            "step_ms": 1e3 * model.step,
         },
+        parameters=_parameters(scenario),
         **optional,
     )
+
+
+def _parameters(scenario: Scenario) -> dict[str, str]:
+    """What was simulated: the model as it describes itself, and what the scenario says of the rail and the run."""
+    told = [line.split("  ", 1) for line in scenario.model().describe().splitlines()]
+    found = {name: value.strip() for name, value in (line for line in told if len(line) == 2)}
+    resolved = scenario.resolved()
+    for table in ("irregularity", "run"):
+        for name, value in resolved.get(table, {}).items():
+            if value not in (None, [], {}):
+                found[f"{table}.{name}"] = str(value)
+    return found
 
 
 def _kept_places(campaign: Campaign) -> Array:

@@ -33,6 +33,9 @@ RAIL: Colour = (208, 214, 222)
 RAIL_FOOT: Colour = (126, 136, 148)
 SLAB: Colour = (104, 104, 108)
 BASE: Colour = (74, 72, 72)
+SLAB_LINE: Colour = (222, 178, 110)
+BASE_LINE: Colour = (120, 170, 220)
+GRID: Colour = (58, 62, 70)
 MARK: Colour = (150, 150, 155)
 GROUND: Colour = (20, 22, 26)
 
@@ -40,6 +43,11 @@ GROUND: Colour = (20, 22, 26)
 def wheel_colour(wheel: int) -> Colour:
     """Colour of a wheel, counted from 0 at the front; after eight they repeat."""
     return WHEELS[wheel % len(WHEELS)]
+
+
+def run_colour(run: int) -> Colour:
+    """Colour of one of several runs, the first one near white; after eight they repeat."""
+    return WHEELS[(4, 1, 0, 2, 3, 5, 6, 7)[run % len(WHEELS)]]
 
 
 def body_colours(count: int) -> list[Colour]:

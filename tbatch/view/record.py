@@ -119,6 +119,8 @@ class RunRecord:
     # the run's separation events, columns as in Result.separations; None: read off `contact_force`
     properties: Mapping[str, str | int | float | bool] = field(default_factory=dict)
     # what the viewer lists and sorts runs by (speed, seed, status, counts, ...)
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    # what was simulated, for the run sheet: vehicle, track, contact, irregularity, step, ...
     sheet: str | None = None  # the run sheet [markdown]; None: made from the properties and the separations
 
     def __post_init__(self) -> None:
@@ -166,6 +168,12 @@ class RunRecord:
         return int(ended[0]) if len(ended) else len(self.time)
 
     @property
+    def speed(self) -> float:
+        """Mean speed of the run [m/s]."""
+        last = self.samples - 1
+        return float(self.position[last] - self.position[0]) / float(self.time[last] - self.time[0])
+
+    @property
     def wheel_position(self) -> Array:
         """Place of each wheel [m], shape (n, wheel)."""
         return np.asarray(self.position)[:, None] - self.wheel_offsets
@@ -182,7 +190,7 @@ class RunRecord:
         The table knows the exact step even where the histories are sampled coarsely; the histories know the part
         before statistics begin. A stretch without force that overlaps no row of the table is added to it.
         """
-        found = [] if self.separations is None else [_event(row) for row in self.separations.to_pylist()]
+        found = [] if self.separations is None else [separation_of(row) for row in self.separations.to_pylist()]
         for stretch in self._stretches():
             if not any(
                 e.wheel == stretch.wheel and e.start <= stretch.end and stretch.start <= e.end for e in found
@@ -202,7 +210,7 @@ class RunRecord:
         return found
 
 
-def _event(row: Mapping[str, float | bool]) -> Separation:
+def separation_of(row: Mapping[str, float | bool]) -> Separation:
     """Read one row of the separation table, where wheels count from 1."""
     return Separation(
         wheel=int(row["wheel"]) - 1,

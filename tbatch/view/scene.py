@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
+from tbatch.view.deflection import deflection, under_wheels
 from tbatch.view.record import Array, Body, RunRecord
 from tbatch.view.thinning import Samples, spaced_samples
 
@@ -75,7 +75,7 @@ def build_scene(record: RunRecord) -> Scene:
     """Place everything for every picture of a run."""
     frames = choose_frames(record)
     factor = choose_exaggeration(record, frames)
-    reach = (-float(np.max(record.wheel_offsets)) - MARGIN, MARGIN)
+    reach = reach_of(record)
     lines = track_lines(record, frames, factor, reach)
     surface = running_surface(record, frames, factor, reach)
     bodies = drawn_bodies(record, frames, factor)
@@ -95,6 +95,11 @@ def build_scene(record: RunRecord) -> Scene:
         gap=gaps(record, frames),
         reach=reach,
     )
+
+
+def reach_of(record: RunRecord) -> tuple[float, float]:
+    """First and last x in view [m]."""
+    return -float(np.max(record.wheel_offsets)) - MARGIN, MARGIN
 
 
 def choose_frames(record: RunRecord) -> Samples:
@@ -124,29 +129,6 @@ def choose_exaggeration(record: RunRecord, frames: Samples) -> int:
     return max((factor for factor in (1, 2, 5, 10, 20, 50, 100, 200, 500) if factor * largest <= ROOM), default=1)
 
 
-def under_wheels(record: RunRecord, samples: Samples) -> Array | None:
-    """Rail deflection under each wheel [m], shape (sample, wheel): given, or interpolated from the fixed places."""
-    if record.rail_under_wheel is not None:
-        return np.asarray(record.rail_under_wheel)[samples]
-    rows = _track_rows(record, record.rail, samples)
-    if rows is None or record.rail_at is None:
-        return None
-    return along(record.rail_at, rows, record.wheel_position[samples])
-
-
-def along(at: Array, values: Array, x: Array) -> Array:
-    """Interpolate rows of `values` (row, point), known at `at`, at their own places x (row, k): cubic splines."""
-    at, values = np.asarray(at, float), np.nan_to_num(np.asarray(values, float))
-    if len(at) < 2:
-        return np.repeat(values[:, :1], x.shape[1], axis=1)
-    coefficients = CubicSpline(at, values, axis=1, bc_type="natural" if len(at) < 4 else "not-a-knot").c
-    x = np.clip(x, at[0], at[-1])
-    piece = np.clip(np.searchsorted(at, x, side="right") - 1, 0, len(at) - 2)
-    s = x - at[piece]
-    c = coefficients[:, piece, np.arange(len(x))[:, None]]
-    return ((c[0] * s + c[1]) * s + c[2]) * s + c[3]
-
-
 def running_surface(record: RunRecord, frames: Samples, factor: int, reach: tuple[float, float]) -> Float32:
     """Draw the rail's deflection and irregularity, with points closer together where a short defect needs them."""
     position = np.asarray(record.position)[frames]
@@ -162,8 +144,8 @@ def running_surface(record: RunRecord, frames: Samples, factor: int, reach: tupl
     first, last = np.searchsorted(places, position + low), np.searchsorted(places, position + high)
     column = np.arange(np.max(last - first))
     x = places[np.minimum(first[:, None] + column, last[:, None])]  # shorter ones repeat their last point
-    deflection = _deflection(record, record.rail, frames, x)
-    return _rounded(np.stack((x, np.zeros_like(x), -factor * (deflection + _level(record, x))), axis=2))
+    sunk = deflection(record, record.rail, frames, x) + _level(record, x)
+    return _rounded(np.stack((x, np.zeros_like(x), -factor * sunk), axis=2))
 
 
 def track_lines(record: RunRecord, frames: Samples, factor: int, reach: tuple[float, float]) -> dict[str, Float32]:
@@ -179,7 +161,7 @@ def track_lines(record: RunRecord, frames: Samples, factor: int, reach: tuple[fl
             continue
         seen = np.arange(reach[0] - OVERHANG, reach[1] + OVERHANG + spacing / 2, spacing)
         x = position + seen
-        height = -depth - factor * _deflection(record, values, frames, x)
+        height = -depth - factor * deflection(record, values, frames, x)
         lines[name] = _rounded(np.stack((np.broadcast_to(seen, x.shape), np.zeros_like(x), height), axis=2))
     return lines
 
@@ -188,24 +170,6 @@ def _level(record: RunRecord, x: Array) -> Array:
     if record.line is None:
         return np.zeros_like(x)
     return np.interp(x, np.asarray(record.line[0]), np.asarray(record.line[1]))
-
-
-def _deflection(record: RunRecord, values: Array | None, frames: Samples, x: Array) -> Array:
-    rows = _track_rows(record, values, frames)
-    return np.zeros_like(x) if rows is None or record.rail_at is None else along(record.rail_at, rows, x)
-
-
-def _track_rows(record: RunRecord, values: Array | None, frames: Samples) -> Array | None:
-    """Rows of a track channel at the pictures, in between where the channel has times of its own."""
-    if values is None:
-        return None
-    values = np.nan_to_num(np.asarray(values))
-    if record.track_time is None or len(values) < 2:
-        return values[np.minimum(frames, len(values) - 1)]
-    own, time = np.asarray(record.track_time), np.asarray(record.time)[frames]
-    low = np.clip(np.searchsorted(own, time, side="right") - 1, 0, len(own) - 2)
-    share = np.clip((time - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)[:, None]
-    return (1 - share) * values[low] + share * values[low + 1]
 
 
 def drawn_bodies(record: RunRecord, frames: Samples, factor: int) -> list[DrawnBody]:

@@ -8,7 +8,7 @@ from tbatch.view.record import RunRecord
 
 
 def run_sheet(record: RunRecord) -> str:
-    """Give the record's own sheet, or make one: results wheel by wheel, then the properties."""
+    """Give the record's own sheet, or make one: results wheel by wheel, then properties and parameters."""
     if record.sheet is not None:
         return record.sheet
     last = record.samples - 1
@@ -29,6 +29,9 @@ def run_sheet(record: RunRecord) -> str:
     if record.properties:
         text += ["", "| property | value |", "|---|---|"]
         text += [f"| {name} | {_printed(value)} |" for name, value in record.properties.items()]
+    if record.parameters:
+        text += ["", "| parameter | value |", "|---|---|"]
+        text += [f"| {name} | {value} |" for name, value in record.parameters.items()]
     return "\n".join(text) + "\n"
 
 

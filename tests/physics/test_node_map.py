@@ -67,7 +67,6 @@ def test_a_held_dof_has_no_row() -> None:
     ("change", "said"),
     [
         (("x [m], ", ""), "line 2: no column x, its position"),
-        (("x [m]", "x"), "line 2: column x []; accepted: x [m] or x [cm] or x [mm] or x [km]"),
         (("x [m]", "x [ft]"), "line 2: column x [ft]; accepted: x [m]"),
         (("w_row [from 1], ", ""), "line 2: no column w_row, or node and w_dof"),
         (("w_row [from 1]", "w_row"), "line 2: column w_row []; accepted: w_row [from 1] or w_row [from 0]"),
@@ -122,6 +121,19 @@ def test_a_map_that_does_not_fit_the_matrices_is_refused(text: str, matrix: File
     with pytest.raises(ValueError) as caught:
         read_node_map(text, "rail.csv").rows(matrix)
     assert f"rail.csv, {said}" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "heading", ["x, w, theta", "rail_x, rail_w, rail_theta", "x [m], w_row [from 0], theta_row [from 0]"]
+)
+def test_columns_may_be_named_as_the_arguments_of_from_matrices_with_rows_from_0(heading: str) -> None:
+    for node in ("", "node, "):
+        number = "7, " if node else ""
+        found = read_node_map(f"{node}{heading}\n{number}0.0, 0, 1\n{number}0.65, 2, 3\n", "rail.csv")
+        w, theta = found.rows(PLAIN)
+        assert found.x.tolist() == [0.0, 0.65]
+        assert w.tolist() == [0, 2]
+        assert theta is not None and theta.tolist() == [1, 3]
 
 
 def test_positions_are_exact_in_metres() -> None:

@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tbatch.view.scene import ROOM, along, build_scene, under_wheels
+from tbatch.view.deflection import along, under_wheels
+from tbatch.view.scene import ROOM, build_scene
 
 
 @pytest.fixture(scope="module")

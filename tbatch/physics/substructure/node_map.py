@@ -14,6 +14,14 @@ HELD = -1
 """Stands for the row of a dof that is held and has no row."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3}
 _BASES = {"from 1": 1, "from 0": 0}
+_ARGUMENTS = {
+    "rail_x": ("x", ""),
+    "rail_w": ("w_row", "from 0"),
+    "rail_theta": ("theta_row", "from 0"),
+    "w": ("w_row", "from 0"),
+    "theta": ("theta_row", "from 0"),
+}
+"""Columns named as the arguments of `Track.from_matrices`, with rows from 0 as there."""
 _COLUMNS = ("x", "w_row", "theta_row", "node", "w_dof", "theta_dof", "w_sign", "theta_sign")
 _DOFS = {
     name: dof
@@ -155,15 +163,21 @@ def _heading(cells: list[str], place: str) -> dict[str, str]:
     for cell in cells:
         found = re.fullmatch(r"([A-Za-z_]+)\s*(?:\[([^\]]*)\])?", cell)
         name = found[1].lower() if found else ""
+        unit = (found[2] or "").strip().lower() if found else ""
+        if name in _ARGUMENTS:
+            name, base = _ARGUMENTS[name]
+            unit = unit or base
+        if name == "x":
+            unit = unit or "m"
         if found is None or name not in _COLUMNS:
             raise ValueError(f"{place}: column {cell[:40]!r}; accepted: {', '.join(_COLUMNS)}")
         if name in columns:
             raise ValueError(f"{place}: column {name} stands there twice")
-        columns[name] = (found[2] or "").strip().lower()
+        columns[name] = unit
     for needed, why in (("x", "its position, as in x [m]"), ("w_row", "or node and w_dof: its vertical dof")):
         if needed not in columns and not (needed == "w_row" and {"node", "w_dof"} <= columns.keys()):
             raise ValueError(f"{place}: no column {needed}, {why}")
-    mixed = {"w_row", "theta_row"} & columns.keys() and {"node", "w_dof", "theta_dof"} & columns.keys()
+    mixed = {"w_row", "theta_row"} & columns.keys() and {"w_dof", "theta_dof"} & columns.keys()
     if mixed:
         accepted = "either w_row, theta_row or node, w_dof, theta_dof"
         raise ValueError(f"{place}: rows and (node, dof) are mixed; accepted: {accepted}")

@@ -9,9 +9,28 @@ from __future__ import annotations
 from pathlib import Path
 
 from tbatch.view.envelope import Envelope
+from tbatch.view.overlay import Overlay
 from tbatch.view.record import RunRecord
 
-__all__ = ["write_envelope", "write_recording"]
+__all__ = ["RecordingUnavailable", "check_loadable", "write_envelope", "write_overlay", "write_recording"]
+
+
+class RecordingUnavailable(ValueError):
+    """Recordings cannot be written here; the text says in one line why."""
+
+
+def check_loadable() -> None:
+    """Load what writes recordings.
+
+    Raises:
+        RecordingUnavailable: If it cannot be loaded.
+    """
+    try:
+        import rerun  # noqa: F401
+    except ImportError as error:
+        raise RecordingUnavailable(
+            f"rerun cannot be loaded ({error}); install it with: pip install rerun-sdk"
+        ) from error
 
 
 def write_recording(record: RunRecord, path: str | Path) -> Path:
@@ -26,6 +45,7 @@ def write_recording(record: RunRecord, path: str | Path) -> Path:
     Returns:
         The path written.
     """
+    check_loadable()
     from tbatch.view.timeline.recording import write
 
     return write(record, Path(path))
@@ -41,6 +61,15 @@ def write_envelope(envelope: Envelope, path: str | Path) -> Path:
     Returns:
         The path written.
     """
+    check_loadable()
     from tbatch.view.timeline.envelope import write
 
     return write(envelope, Path(path))
+
+
+def write_overlay(overlay: Overlay, path: str | Path) -> Path:
+    """Write responses on the same axes as one .rrd file; otherwise as ``write_recording``."""
+    check_loadable()
+    from tbatch.view.timeline.overlay_recording import write
+
+    return write(overlay, Path(path))

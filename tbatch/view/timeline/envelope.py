@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ import rerun.blueprint as rrb
 from tbatch.view import palette
 from tbatch.view.envelope import KMH, LEVELS, Envelope
 from tbatch.view.timeline.clock import CHAINAGE
-from tbatch.view.timeline.recording import _heeded, _partial
+from tbatch.view.timeline.file import recording_file
 
 APPLICATION = "tbatch-envelope"  # of its own: recordings of one application share a layout in the viewer (rerun 0.41)
 LOOKS: tuple[tuple[palette.Colour, float], ...] = (
@@ -28,22 +27,13 @@ FORCE_TOP = 5.0  # of the axis, the same for all speeds so that they can be comp
 
 def write(envelope: Envelope, path: Path) -> Path:
     """Write an envelope to a temporary name, then move it into place."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = _partial(path)
     identity = f"{envelope.campaign}-{envelope.name}"
-    try:
-        with _heeded(), rr.RecordingStream(APPLICATION, recording_id=identity, send_properties=False) as stream:
-            stream.save(partial, default_blueprint=_dashboard())
-            stream.set_log_time_enabled(False)
-            stream.send_recording_name(f"{envelope.name}, {envelope.speed * KMH:.4g} km/h")
-            _curves(stream, envelope)
-            page = rr.TextDocument(sheet(envelope), media_type="text/markdown")
-            stream.log("sheet", page, static=True, strict=True)
-        shutil.move(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
-        if partial.parent != path.parent:
-            partial.parent.rmdir()
+    name = f"{envelope.name}, {envelope.speed * KMH:.4g} km/h"
+    with recording_file(path, identity, name=name, application=APPLICATION) as stream:
+        _curves(stream, envelope)
+        page = rr.TextDocument(sheet(envelope), media_type="text/markdown")
+        stream.log("sheet", page, static=True, strict=True)
+        stream.send_blueprint(_dashboard(), make_active=True, make_default=True)
     return path
 
 

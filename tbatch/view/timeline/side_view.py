@@ -7,7 +7,7 @@ import rerun as rr
 
 from tbatch.view import palette
 from tbatch.view.record import RunRecord
-from tbatch.view.scene import BASE_DEPTH, OVERHANG, RAIL_DEPTH, SLAB_DEPTH, DrawnBody, Scene
+from tbatch.view.scene import BASE_DEPTH, OVERHANG, RAIL_DEPTH, ROOF, SLAB_DEPTH, DrawnBody, Scene
 from tbatch.view.timeline.clock import Clock
 
 ORIGIN = "side"
@@ -41,6 +41,7 @@ def send(stream: rr.RecordingStream, record: RunRecord, scene: Scene, clock: Clo
         strips = list(scene.springs.reshape(frames * springs, *scene.springs.shape[2:]))
         columns = rr.LineStrips3D.columns(strips=strips).partition(np.full(frames, springs))
         stream.send_columns(entity, times, columns, strict=True)
+    _scale(stream, scene)
     _ground(stream, record, scene, clock)
     _gaps(stream, scene, clock)
 
@@ -89,6 +90,14 @@ def _wheel(stream: rr.RecordingStream, scene: Scene, wheel: int, radius: float, 
     discs = [palette.WARNING if off[k] else palette.DISC for k in changed]
     stream.send_columns(entity, times, rr.Cylinders3D.columns(colors=discs), strict=True)
     stream.send_columns(f"{entity}/rim", times, rr.LineStrips3D.columns(colors=rims), strict=True)
+
+
+def _scale(stream: rr.RecordingStream, scene: Scene) -> None:
+    """Say in the picture itself how much is exaggerated: a layout is shared by many runs."""
+    middle = 0.5 * (scene.reach[0] + scene.reach[1])
+    text = f"displacements and irregularity × {scene.exaggeration}"
+    label = rr.Points3D([[middle, 0.0, ROOF + 0.45]], labels=[text], show_labels=True, radii=0.001, colors=palette.MARK)
+    stream.log(f"{ORIGIN}/scale", label, static=True, strict=True)
 
 
 def _ground(stream: rr.RecordingStream, record: RunRecord, scene: Scene, clock: Clock) -> None:
