@@ -20,7 +20,7 @@ from tbatch.campaign.progress import Progress
 from tbatch.campaign.shards import Shard
 from tbatch.scenario.run_name import run_name
 from tbatch.view.live.address import LOOPBACK, Address
-from tbatch.view.live.feed import Feed
+from tbatch.view.live.feed import FAREWELL, Feed
 from tbatch.view.live.news import Batch, Began, News, Piece, State, Stored, StoredShard
 from tbatch.view.viewer import ViewerUnavailable, connect_viewer, find_binary, has_display
 
@@ -32,6 +32,7 @@ STATE_INTERVAL = 0.5  # least time between two states [s]
 PIECE_INTERVAL = 0.25  # least time between two pieces: drawing one costs the same whatever it holds [s]
 MOST_SAMPLES = 200_000  # of a followed run; a longer one is followed with wider steps
 MEMORY = "1GiB"  # that the server keeps for viewers that come later; the oldest goes first
+TO_FINISH = 60.0  # for a file of the view to be ended, where one was asked for [s]
 NICENESS = 10  # of all that only shows: the kernels come first
 
 Say = Callable[[str], None]
@@ -218,7 +219,7 @@ class LiveView:
         feed, server = self._feed, self._server
         self._feed = self._server = None
         if feed is not None:
-            feed.close(0.0) if reason else feed.close()
+            feed.close(0.0 if reason else TO_FINISH if self._record else FAREWELL)
         if server is not None:
             server.kill()
             server.wait()
