@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from tbatch.view.record import Array, RunRecord
 from tbatch.view.thinning import Samples
@@ -44,6 +43,8 @@ def along(at: Array, values: Array, x: Array) -> Array:
     at, values = np.asarray(at, float), np.nan_to_num(np.asarray(values, float))
     if len(at) < 2:
         return np.repeat(values[:, :1], x.shape[1], axis=1)
+    from scipy.interpolate import CubicSpline  # not at the top: a campaign without recordings need not wait for it
+
     coefficients = CubicSpline(at, values, axis=1, bc_type="natural" if len(at) < 4 else "not-a-knot").c
     x = np.clip(x, at[0], at[-1])
     piece = np.clip(np.searchsorted(at, x, side="right") - 1, 0, len(at) - 2)
