@@ -25,7 +25,7 @@ def lanes_threads_sizes(
 def batch_sizes(model: Model, counts: Sequence[int] = (LANES, 4 * LANES, 16 * LANES, 64 * LANES)) -> Table:
     """Cost of a run-step by the number of runs stepped together, on one thread."""
     table = Table("runs", ("runs", "us/run-step", "relative"))
-    best = best_of(2, {count: (model, seed_runs(count)) for count in counts})
+    best = best_of(5, {count: (model, seed_runs(count)) for count in counts})
     for count, seconds in best.items():
         table.add(count, seconds * 1e6, seconds / min(best.values()))
     return table
@@ -41,7 +41,7 @@ def model_sizes(runs: int = 4 * LANES) -> Table:
         f"{BAYS} bays, 2 elements each": seed_model(elements_per_bay=2),
         "endless": seed_model("endless"),
     }
-    for name, seconds in best_of(2, {name: (model, seed_runs(runs)) for name, model in models.items()}).items():
+    for name, seconds in best_of(5, {name: (model, seed_runs(runs)) for name, model in models.items()}).items():
         dofs = models[name].track.node_count * models[name].track.node_dofs
         table.add(name, dofs, seconds * 1e6, seconds * 1e9 / dofs)
     return table
@@ -50,7 +50,7 @@ def model_sizes(runs: int = 4 * LANES) -> Table:
 def speeds(model: Model, runs: int, counts: Sequence[int] = (1, 2, 4, 8, 10)) -> Table:
     """Cost of a run-step by the number of speeds in a batch, all running the same way, on one thread."""
     table = Table("speeds", ("speeds", "us/run-step", "relative"))
-    best = best_of(3, {count: (model, seed_runs(runs, speeds=count)) for count in (*counts, runs)})
+    best = best_of(5, {count: (model, seed_runs(runs, speeds=count)) for count in (*counts, runs)})
     for count, seconds in best.items():
         table.add(count, seconds * 1e6, seconds / best[counts[0]])
     return table
@@ -65,9 +65,9 @@ def tracks_and_steps(runs: int) -> Table:
         "84 bays, 0.1 ms": seed_model(84 * BAY),
     }
     cases = {name: (model, seed_runs(runs)) for name, model in models.items()}
-    turns = best_of(3, cases)
+    turns = best_of(5, cases)
     for name, case in cases.items():
-        alone = best_of(3, {name: case})[name]
+        alone = best_of(5, {name: case})[name]
         table.add(name, alone * 1e6, turns[name] * 1e6, turns[name] / alone)
     return table
 

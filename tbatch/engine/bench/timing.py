@@ -48,7 +48,7 @@ def grid_seconds(lanes: int, bays: list[int], threads: list[int], runs: int) -> 
     code = (
         "from tbatch.engine.bench.timing import *\n"
         f"models = {{bays: (seed_model(bays * BAY), seed_runs({runs})) for bays in {bays}}}\n"
-        f"rows = [best_of(2, models, threads) for threads in {threads}]\n"
+        f"rows = [best_of(5, models, threads) for threads in {threads}]\n"
         f"print(json.dumps([[row[bays] for row in rows] for bays in {bays}]))\n"
     )
     return _in_a_process(code, **{LANES_VARIABLE: str(lanes)})
