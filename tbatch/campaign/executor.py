@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from tbatch.engine.result import Result
     from tbatch.scenario import Scenario
 
-LANES = 8
-FULL_BLOCKS = 16  # with fewer blocks of lanes Taichi leaves threads idle
+FIRST_RUNS = 128  # at least, and 32 for each thread: two blocks of lanes or more keep a thread busy
 MOST_RUNS = 512
 STORE_EVERY = 15.0  # s: what an interruption may cost
 
@@ -93,7 +92,7 @@ class Local:
             rate: Run-steps per second so far, None if not known.
             steps: Time steps of a typical run.
         """
-        fill = LANES * max(FULL_BLOCKS, 2 * self.threads)
+        fill = max(FIRST_RUNS, 32 * self.threads)
         wanted = fill if rate is None else int(rate * STORE_EVERY / max(steps, 1.0))
         return max(SHARD_SAMPLES, min(max(wanted, fill), max(MOST_RUNS, 2 * fill)))
 

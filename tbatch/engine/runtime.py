@@ -71,7 +71,7 @@ def _init(threads: int, *, vectors: bool, cache: str) -> None:
             offline_cache=True,
             offline_cache_file_path=cache,
             log_level=ti.ERROR,
-            advanced_optimization=False,  # LLVM does that work again: 4 s instead of 13 s to compile, 3 % slower steps
+            advanced_optimization=False,  # LLVM does the same: 4 s in place of 13 s to compile, steps 2 to 4 % longer
         )
 
 

@@ -80,7 +80,7 @@ def _one_model(model: Model, runs: int, threads: int, say: Callable[[str], None]
     table.add("track operations a run-step", operations)
     table.add("batch engine, 1 thread, track operations only [GFLOP/s]", operations / one / 1e9)
     if threads > 1:
-        many = best_of(8, {"": (model, seed_runs(runs))}, threads)[""]
+        many = best_of(20, {"": (model, seed_runs(runs))}, threads)[""]
         table.add(f"batch engine, {threads} threads [us/run-step]", many * 1e6)
         table.add(f"gain of {threads} threads over 1", one / many)
     table.add("first compilation [s]", compiled)
