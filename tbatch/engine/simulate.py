@@ -2,24 +2,24 @@
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tbatch.engine.batch import Batch
+from tbatch.engine.collected import Collected, Progress
 from tbatch.engine.footprint import Footprint, longest_chunk, surface_bytes
 from tbatch.engine.histories import Follow, Histories
 from tbatch.engine.memory import available_memory
 from tbatch.engine.model import Model
 from tbatch.engine.prepare import Preparation, step_counts
-from tbatch.engine.result import Result, separation_table, summary_table
-from tbatch.engine.rows import EVENT_COLUMNS, LANES, MARKS, PER_WHEEL
+from tbatch.engine.result import Result
+from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
+from tbatch.engine.tables import imported_tables, kernel_tables
 from tbatch.numerics.initial import InitialState
 from tbatch.numerics.run_inputs import RunInputs
-from tbatch.numerics.sparse_factorization import FactorisedSparse
 
 LANDING_WINDOW = 5e-3
 """Time after the end of a separation in which its landing force is sought [s]."""
@@ -27,15 +27,6 @@ CHUNK_SECONDS = 0.08
 """Aim for the length of one launch: the unit of progress and cancellation."""
 MEMORY_SHARE = 0.25
 """Share of the available memory that a batch may take if no limit is given."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a simulation is; given to the caller after each chunk."""
-
-    run_steps_done: int
-    run_steps_total: int
-    separations: int
 
 
 def simulate(
@@ -75,7 +66,7 @@ def simulate(
     needs = Footprint.of(model, save=save, steps=longest)
     _refuse_too_much(needs, len(runs), len(runs) if save is None or save.runs is None else len(save.runs))
     histories = Histories(model, save, steps)
-    collected = _Collected(model, len(runs), int(steps.sum()), progress)
+    collected = Collected(model, len(runs), int(steps.sum()), progress)
     # Runs of like length and speed share a batch, so that they can share blocks and few lanes idle.
     waiting = np.lexsort([runs.start, runs.speed, -steps])
     limit = MEMORY_SHARE * available_memory() if memory is None else memory
@@ -148,7 +139,7 @@ def _advance(
     adapt: bool,
     threads: int | None,
     histories: Histories,
-    collected: "_Collected",
+    collected: "Collected",
     follow: Follow | None,
 ) -> None:
     """Launch chunks until every run of the batch has ended."""
@@ -224,94 +215,3 @@ def _model_arguments(model: Model, histories: Histories) -> tuple[Any, ...]:
         np.array(model.vehicle.wheel_dofs, np.int32),
         *(histories.probe_rows, histories.probe_shape),
     )
-
-
-def kernel_tables(model: Model) -> tuple[np.ndarray, ...]:
-    """The factorised track's tables for the kernel; a rigid track's are never read, but cannot be empty."""
-    from tbatch.engine.aligned import aligned, aligned_zeros
-
-    factor = model.factor
-    if not factor.node_dofs:
-        none = np.zeros(1, np.int32)
-        return factor.rows, none, aligned_zeros((1, 1, 1, 4)), none, none
-    if isinstance(factor, FactorisedSparse):
-        # Every element is a class of its own; its window begins with two places for each rail node.
-        none, elements = np.zeros(1, np.int32), np.arange(len(factor.near.rows), dtype=np.int32)
-        return factor.rows, none, aligned(factor.near.columns), elements, 2 * factor.near.first
-    return factor.rows, factor.node_class, aligned(factor.columns), factor.element_class, factor.window_start
-
-
-def imported_tables(model: Model) -> tuple[Any, ...]:
-    """What the kernel asks of an imported track beside; never read for other tracks, but it cannot be empty."""
-    factor = model.factor
-    if not isinstance(factor, FactorisedSparse):
-        none, square = np.zeros(1, np.int32), np.zeros((1, 1), np.int32)
-        return np.zeros(1), none, square, 0, square, none, np.zeros((1, 1, 1))
-    rail, near = factor.rail, factor.near
-    return rail.x, rail.row, near.rows, near.rail_places, factor.starts, factor.partner, factor.product
-
-
-class _Collected:
-    """What the batches of one simulation leave behind."""
-
-    def __init__(self, model: Model, count: int, run_steps: int, progress: Callable[[Progress], None] | None) -> None:
-        from tbatch.engine.statistics import Statistics
-
-        self.model, self.statistics = model, Statistics()
-        self._progress, self._total = progress, run_steps
-        self._done = self._done_before = self._separations = 0
-        self._events = [np.empty((0, 2 + EVENT_COLUMNS))]
-        wheels = model.vehicle.wheel_count
-        self._status = np.zeros(count, np.int32)
-        self._steps = np.zeros(count, np.int64)
-        self._load = np.zeros((count, wheels))
-        self._rows = np.zeros((count, wheels, self.statistics.rows))
-        self._counts = np.zeros((count, wheels, self.statistics.counters), np.int32)
-        self._seconds, self._timed = 0.0, 0
-
-    def chunk(self, batch: Batch, members: list[int], first: int, count: int, seconds: float) -> None:
-        """After a launch: empty the event log, tell the progress."""
-        events = batch.take_events()
-        events[:, 0] = np.asarray(members, float)[events[:, 0].astype(int)]
-        self._events.append(events)
-        self._separations += len(events)
-        ended = batch.lanes(batch.memory[:, batch.at.end : batch.at.end + 1])[:, 0]
-        alive = batch.lanes(batch.memory[:, batch.at.active : batch.at.active + 1])[:, 0] > 0.5
-        done = int(np.where(alive, first + count, np.minimum(batch.steps, ended)).sum())
-        if first:
-            # The first launch may hold a compilation.
-            self._seconds += seconds
-            self._timed += self._done_before + done - self._done
-        self._done = self._done_before + done
-        if self._progress is not None:
-            self._progress(Progress(self._done, self._total, self._separations))
-
-    def finish(self, batch: Batch, members: list[int]) -> None:
-        """After a batch's last launch: keep its statistics."""
-        at, statistics = batch.at, self.statistics
-        wheels = at.wheels
-        self._done_before = self._done
-        self._status[members], self._steps[members] = batch.status, batch.steps
-        self._load[members] = batch.lanes(batch.memory[:, at.load : at.load + wheels])
-        rows = batch.lanes(batch.memory[:, at.outputs : at.outputs + wheels * statistics.rows])
-        self._rows[members] = rows.reshape(len(members), wheels, statistics.rows)
-        first = MARKS.wheels + PER_WHEEL * wheels
-        counts = batch.lanes(batch.marks[:, first : first + wheels * statistics.counters])
-        self._counts[members] = counts.reshape(len(members), wheels, statistics.counters)
-
-    def result(self, runs: Runs, histories: Histories) -> Result:
-        """Everything, in the order of the runs."""
-        step, wheels = self.model.step, self.model.vehicle.wheel_count
-        load = self._load.ravel()
-        rows = self._rows.reshape(len(load), -1).T
-        columns = self.statistics.columns(step, load, rows, self._counts.reshape(len(load), -1).T)
-        events = np.concatenate(self._events)
-        return Result(
-            time=histories.time,
-            status=self._status,
-            steps=self._steps,
-            separations=separation_table(events, step),
-            summary=summary_table(events, wheels, columns, load, runs.speed, step),
-            run_steps_per_second=self._timed / self._seconds if self._seconds else float("nan"),
-            channels=histories.channels,
-        )

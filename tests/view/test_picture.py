@@ -1,59 +1,30 @@
 """A look at the dashboard with a software renderer: what a reader must be able to see is there."""
 
-import io
-import os
-import socket
 import time
 
 import numpy as np
 import pytest
+from headless import colours, count, settled
 
 from tbatch.view.overlay import Overlay, Page, Panel, Response
 from tbatch.view.palette import WARNING, run_colour, wheel_colour
 from tbatch.view.timeline import write_overlay, write_recording
-from tbatch.view.viewer import find_binary
 
 SIDE = (slice(55, 400), slice(0, 1290))  # the side view in the picture of 1920 by 1080
 LANES = (slice(640, 835), slice(0, 1290))  # the contact lanes
 
 
-@pytest.fixture(scope="module")
-def viewer(tmp_path_factory):
+@pytest.fixture
+def viewer(spawn):
     """A viewer without a window, or a skip where there is no graphics device."""
-    from rerun.experimental import ViewerClient
-
-    runtime = os.environ.setdefault("XDG_RUNTIME_DIR", str(tmp_path_factory.mktemp("runtime")))
-    assert runtime
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
-    try:
-        client = ViewerClient.spawn(headless=True, port=port, executable_path=str(find_binary()))
-        client.get_state()
-    except (ConnectionError, RuntimeError, TimeoutError) as error:
-        pytest.skip(f"no Vulkan device for the viewer (mesa-vulkan-drivers has a software one): {error}")
-    with client:
+    with spawn() as client:
         yield client
 
 
 def picture(viewer, seconds: float) -> np.ndarray:
-    """The viewer's picture at a time, once it stands still; colours 0-255, shape (row, column, 3)."""
-    from PIL import Image
-
+    """The viewer's picture at a time; colours 0-255, shape (row, column, 3)."""
     viewer.set_time("sim_time", duration=seconds, play_state="paused")
-    before, deadline = b"", time.monotonic() + 60.0
-    while time.monotonic() < deadline:
-        time.sleep(0.5)
-        png = viewer.take_screenshot()
-        if png == before:
-            break
-        before = png
-    return np.asarray(Image.open(io.BytesIO(before)).convert("RGB")).astype(int)
-
-
-def count(part: np.ndarray, colour: tuple[int, int, int], within: int = 12) -> int:
-    """Number of pixels that have a colour, nearly."""
-    return int((np.abs(part - np.array(colour)).max(axis=2) <= within).sum())
+    return settled(viewer.take_screenshot)
 
 
 def test_dashboard_shows_the_run_and_warns_of_a_separated_wheel(record, viewer, tmp_path):
@@ -68,7 +39,7 @@ def test_dashboard_shows_the_run_and_warns_of_a_separated_wheel(record, viewer, 
     reports = [(view.name, report.summary) for view in viewer.get_state().views for report in view.reports]
     assert reports == []
     assert calm.std() > 20  # a blank or failed view has hardly any contrast
-    assert len(np.unique((off // 16).reshape(-1, 3), axis=0)) > 200
+    assert colours(off) > 200
     for wheel in range(record.wheel_count):
         # the rim of a wheel is some hundred pixels; the wheel that is off shows the warning colour instead
         assert count(calm[SIDE], wheel_colour(wheel)) > 100
