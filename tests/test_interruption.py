@@ -69,11 +69,12 @@ def test_a_signal_that_python_hears_leaves_the_watchdog_quiet():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("moment", [2.0, 5.0, 8.0])
+@pytest.mark.parametrize("moment", [1.0, 4.0, 7.0])
 def test_the_first_compilation_stops_within_ten_seconds_and_nothing_is_lost(tmp_path, moment):
     folder = tmp_path / "folder"
     words = [sys.executable, "-m", "tbatch", "run", "quick", "--keep", "none", "--out", str(folder)]
-    cold = {**os.environ, "TBATCH_CACHE": str(tmp_path / "cache"), "TBATCH_LANE_VECTORS": "1"}
+    # In scalar form the kernels take a quarter of a minute to compile: the signal comes while they do.
+    cold = {**os.environ, "TBATCH_CACHE": str(tmp_path / "cache"), "TBATCH_LANE_VECTORS": "0"}
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=cold)
     while not (folder / "manifest.json").exists():
         time.sleep(0.02)
