@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("matplotlib")
 
+import tbatch as tb
 from tbatch import __version__
 from tbatch.campaign.estimates import Estimate
 from tbatch.campaign.run import run
@@ -19,6 +20,7 @@ from tbatch.scenario import Scenario
 from tbatch.view.report import write_report
 from tbatch.view.report.against_speed import by_wheelset
 from tbatch.view.report.depth import extremes_picture, sensitivity_picture, varied_picture
+from tbatch.view.report.histories import marked_frequencies
 
 RUNS = 24
 
@@ -151,3 +153,13 @@ def test_a_run_without_any_separation_has_a_report_too(tmp_path):
     assert len(figures(page)) >= 10
     for svg in figures(page):
         ElementTree.fromstring(svg)
+
+
+def test_marked_frequencies_are_those_of_seats_and_of_the_wheelset_on_the_track():
+    coach, contact = tb.Vehicle.coach("seed-multiwheel"), tb.Contact.hertz(wheel_radius=0.46)
+    slab = tb.Model.build(coach, tb.Track.slab("seed-slab", length=65.0), contact, step=1e-4)
+    marks = marked_frequencies(slab, 65.0)
+    assert marks["fasteners"] == pytest.approx(100.0)
+    assert 30.0 < marks["P2"] < 120.0
+    rigid = tb.Model.build(coach, tb.Track.rigid(length=10.0), contact, step=1e-4)
+    assert marked_frequencies(rigid, 30.0) == {}

@@ -6,11 +6,13 @@ import numpy as np
 
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import Units
+from tbatch.numerics.resonance import p2_frequency
 from tbatch.scenario.run_name import run_name
 from tbatch.view.report.drawing import LIMIT_COLOUR, Picture, drawing, svg_of, wheel_style
 from tbatch.view.report.spectra import spectra_picture
 
 if TYPE_CHECKING:
+    from tbatch.engine.model import Model
     from tbatch.physics.vehicle import Vehicle
 
 KMH = 3.6
@@ -56,10 +58,22 @@ def history_pictures(campaign: Campaign, case: int, units: Units) -> list[Pictur
     loads = {f"{word}, {name}": ratio[index, :, 0] for index, (name, word) in enumerate(zip(names, words, strict=True))}
     bodies = _bodies(model.vehicle)
     accelerations = {name: result.channels["vehicle_acceleration"][0, :, dof] for name, dof in bodies.items()}
+    return [*pictures, spectra_picture(loads, accelerations, step, marked_frequencies(model, float(speeds[0])))]
+
+
+def marked_frequencies(model: "Model", speed: float) -> dict[str, float]:
+    """Frequencies that an engineer looks for in a spectrum [Hz]: seats passing by, the wheelset upon the track (P2).
+
+    Args:
+        model: The model.
+        speed: [m/s].
+    """
     track = model.track
-    bay = track.element_length * track.period
-    marks = {"fasteners": float(speeds[0]) / bay} if track.kind == "slab" else {}
-    return [*pictures, spectra_picture(loads, accelerations, step, marks)]
+    marks = {}
+    if track.kind == "slab":
+        marks["fasteners"] = speed / (track.element_length * track.period)
+    p2 = p2_frequency(model.vehicle, model.ground) if track.node_dofs else None
+    return marks if p2 is None else {"P2": p2, **marks}
 
 
 def _bodies(vehicle: "Vehicle") -> dict[str, int]:
