@@ -9,7 +9,7 @@ from tbatch.engine import rows as channel_rows
 from tbatch.engine.aligned import aligned_zeros
 from tbatch.engine.batch import Batch
 from tbatch.engine.model import Model
-from tbatch.engine.rows import LANES
+from tbatch.engine.rows import LANES, LAYERS
 from tbatch.engine.runs import SaveAt
 from tbatch.numerics.factorization import BlockFactor, factor_of
 from tbatch.numerics.inertia import inertia
@@ -18,7 +18,8 @@ from tbatch.numerics.rows import shape_at
 from tbatch.numerics.run_inputs import RunInputs
 from tbatch.numerics.sparse_factor import SparseFactor
 
-LAYERS = ("rail", "slab", "base")
+UNDER_WHEEL = {f"{layer}_under_wheel": layer for layer in LAYERS}
+"""The layer of each channel that follows the wheels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,9 +84,11 @@ class Histories:
         if track.window is not None and (self._layers or "rail_acceleration" in needed):
             raise ValueError(
                 "save.channels: the points of rail, slab and base come and go on an endless track; "
-                "take 'rail_under_wheel' there"
+                "take 'rail_under_wheel', 'slab_under_wheel', 'base_under_wheel' there"
             )
-        for layer in self._layers:
+        under = {UNDER_WHEEL[name] for name in needed.intersection(UNDER_WHEEL)}
+        # A rigid rail is level under its wheels.
+        for layer in (*self._layers, *sorted(under - {"rail"})):
             if layer not in track.layers:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
         if self._layers:
@@ -100,9 +103,9 @@ class Histories:
             (channel_rows.VEHICLE, "vehicle" in needed, dofs),
             (channel_rows.VEHICLE_ACCELERATION, "vehicle_acceleration" in needed, dofs),
             (channel_rows.LEVEL, "irregularity" in needed, wheels),
-            (channel_rows.RAIL_UNDER_WHEEL, "rail_under_wheel" in needed, wheels),
             (channel_rows.PROBE, bool(needed.intersection(save.channels).intersection(LAYERS)), len(self.probe_rows)),
             (channel_rows.PROBE_ACCELERATION, "rail_acceleration" in save.channels, len(self.probe_rows)),
+            *((_under_wheel_row(name), name in needed, wheels) for name in UNDER_WHEEL),
         )
         for channel, wanted, width in plans:
             if wanted:
@@ -135,8 +138,9 @@ class Histories:
             "contact_force": state.force,
             "vehicle": state.displacement,
             "irregularity": inputs.levels(0.0),
-            "rail_under_wheel": np.einsum("ndw,nd->w", model.ground.loads(positions), state.track),
         }
+        for name in set(self.channels).intersection(UNDER_WHEEL):
+            first[name] = model.ground.under_wheels(positions, state.track, UNDER_WHEEL[name])
         if "vehicle_acceleration" in self.channels:
             vehicle = inputs.vehicle
             load = -vehicle.stiffness @ state.displacement - vehicle.damping @ state.velocity
@@ -205,15 +209,20 @@ class Histories:
             "vehicle": channel_rows.VEHICLE,
             "vehicle_acceleration": channel_rows.VEHICLE_ACCELERATION,
             "irregularity": channel_rows.LEVEL,
-            "rail_under_wheel": channel_rows.RAIL_UNDER_WHEEL,
+            **{under: _under_wheel_row(under) for under in UNDER_WHEEL},
         }[name]
         return int(self.sample_rows[channel])
+
+
+def _under_wheel_row(name: str) -> int:
+    """Place in `sample_rows` of a channel that follows the wheels."""
+    return channel_rows.UNDER_WHEEL + LAYERS.index(UNDER_WHEEL[name])
 
 
 def channel_widths(model: Model, save: SaveAt) -> dict[str, int]:
     """Numbers in a sample of each saved channel."""
     dofs, wheels, points = model.vehicle.dof_count, model.vehicle.wheel_count, len(save.rail_at)
-    width = dict.fromkeys(("contact_force", "irregularity", "rail_under_wheel"), wheels)
+    width = dict.fromkeys(("contact_force", "irregularity", *UNDER_WHEEL), wheels)
     width |= dict.fromkeys(("vehicle", "vehicle_acceleration"), dofs)
     return {name: width.get(name, points) for name in save.channels}
 

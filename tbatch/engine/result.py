@@ -25,8 +25,8 @@ class Result:
     """Statistics, separations and the saved histories of some runs.
 
     Saved channels are attributes of their names: `contact_force` (run, n, wheel) [N], `vehicle` and
-    `vehicle_acceleration` (run, n, dof), `irregularity` and `rail_under_wheel` (run, n, wheel) [m], `rail`,
-    `rail_acceleration`, `slab` and `base` (run, n, point). Histories are NaN after a run's end; with `SaveAt.runs`, run
+    `vehicle_acceleration` (run, n, dof), `irregularity`, `rail_under_wheel`, `slab_under_wheel` and `base_under_wheel`
+    (run, n, wheel) [m], `rail`, `rail_acceleration`, `slab` and `base` (run, n, point). Histories are NaN after a run's end; with `SaveAt.runs`, run
     is one of those, in their order.
     """
 

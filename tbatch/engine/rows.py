@@ -83,7 +83,7 @@ class MemoryRows:
     level: int
     """r_j [m]: irregularity and wheel profile under each wheel."""
     rail: int
-    """N u [m] under each wheel, first without, then with the contact forces of the substep."""
+    """N u [m] under each wheel without the contact forces of the substep."""
     overlap: int
     """δ [m] of each wheel."""
     acceleration: int
@@ -166,5 +166,7 @@ EVENT_START, EVENT_END, EVENT_POSITION, EVENT_GAP, EVENT_LANDING, EVENT_CENSORED
 EVENT_COLUMNS = 6
 
 # Channels of a sample, in the order of `sample_rows`.
-FORCE, VEHICLE, VEHICLE_ACCELERATION, LEVEL, RAIL_UNDER_WHEEL, PROBE, PROBE_ACCELERATION = range(7)
-CHANNELS = 7
+FORCE, VEHICLE, VEHICLE_ACCELERATION, LEVEL, PROBE, PROBE_ACCELERATION, UNDER_WHEEL = range(7)
+LAYERS = ("rail", "slab", "base")
+"""Layers of a track from above, in the order of a node's rows: (w, θ) of each. UNDER_WHEEL is the first of theirs."""
+CHANNELS = UNDER_WHEEL + len(LAYERS)

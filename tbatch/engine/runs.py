@@ -16,6 +16,8 @@ CHANNELS = (
     "vehicle_acceleration",
     "irregularity",
     "rail_under_wheel",
+    "slab_under_wheel",
+    "base_under_wheel",
     "rail",
     "rail_acceleration",
     "slab",

@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from tbatch.engine.histories import UNDER_WHEEL
+from tbatch.engine.rows import LAYERS
 from tbatch.engine.runs import SaveAt
 from tbatch.numerics.coupled_run import CoupledRun
 from tbatch.numerics.rows import shape_at
 
-LAYERS = ("rail", "slab", "base")
 
 
 class Recorder:
@@ -59,11 +60,13 @@ class Recorder:
         system = self.run.system
         track = system.track
         for name in save.channels:
-            layer = name.removesuffix("_acceleration")
-            if layer not in LAYERS:
+            layer = UNDER_WHEEL.get(name, name.removesuffix("_acceleration"))
+            if layer not in LAYERS or name == "rail_under_wheel":
                 continue
             if layer not in track.layers:
                 raise ValueError(f"save.channels: {layer!r} is not a layer of a {track.kind} track")
+            if name in UNDER_WHEEL:
+                continue
             track.locate(save.rail_at)
             element, _, shape = shape_at(track, np.asarray(save.rail_at, float))
             self._probes[layer] = system.vehicle_dofs + track.layer_rows(element, layer), shape
@@ -79,8 +82,10 @@ class Recorder:
             return run.acceleration[:split]
         if name == "irregularity":
             return run.wheels.level
-        if name == "rail_under_wheel":
-            return -(run.wheels.values[:, 1:] * run.y[run.wheels.rows[:, 1:]]).sum(axis=1)
+        if name in UNDER_WHEEL:
+            layers = self.run.system.track.layers
+            below = layers[UNDER_WHEEL[name]][0] - layers["rail"][0] if layers else 0
+            return -(run.wheels.values[:, 1:] * run.y[run.wheels.rows[:, 1:] + below]).sum(axis=1)
         rows, shape = self._probes[name.removesuffix("_acceleration")]
         return (shape * (run.acceleration if name.endswith("acceleration") else run.y)[rows]).sum(axis=1)
 

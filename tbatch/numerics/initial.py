@@ -66,6 +66,19 @@ class StaticTrack:
                 flat[rows, wheel] += shape[wheel]
         return load
 
+    def under_wheels(self, positions: np.ndarray, track: np.ndarray, layer: str = "rail") -> np.ndarray:
+        """Deflection of a layer at each position [m], zero on a rigid track, shape (wheel,).
+
+        Args:
+            positions: Of the wheels [m], shape (wheel,).
+            track: State of the track [m, rad], shape (node, dof).
+            layer: "rail", "slab" or "base".
+        """
+        if not self.track.node_dofs:
+            return np.zeros(len(positions))
+        element, shape = self.track.locate(positions)
+        return np.asarray((shape * track.ravel()[self.track.layer_rows(element, layer)]).sum(axis=1))
+
     def flexibility(self, positions: np.ndarray) -> np.ndarray:
         """Deflection at each position under a unit force at each other, with local compliance [m/N], (wheel, wheel)."""
         total = self.compliance(positions)

@@ -16,7 +16,7 @@ from tbatch.physics.irregularity import Irregularity
 from tbatch.physics.vehicle import Vehicle
 
 STEPS = 60
-CHANNELS = ("contact_force", "vehicle", "vehicle_acceleration", "irregularity", "rail_under_wheel")
+CHANNELS = ("contact_force", "vehicle", "vehicle_acceleration", "irregularity")
 
 PARTS = [
     ("wheel", "rigid", EQUAL_SPLITTING),
@@ -40,7 +40,8 @@ def points(of: Model) -> np.ndarray:
 
 def saved(of: Model) -> SaveAt:
     """Every step of everything that the track has."""
-    return SaveAt(of.step, (*CHANNELS, *of.track.layers), points(of))
+    under = [f"{layer}_under_wheel" for layer in of.track.layers or ("rail",)]
+    return SaveAt(of.step, (*CHANNELS, *under, *of.track.layers), points(of))
 
 
 def assert_same(result: Result, run: int, one: OneRun, of: Model) -> None:
@@ -62,12 +63,15 @@ def assert_same(result: Result, run: int, one: OneRun, of: Model) -> None:
         np.testing.assert_array_equal(result.channels[layer][run, : steps + 1], value)
     for wheel_number in range(one.force.shape[1]):
         element, _, shape = hermite_at(one.position[:, wheel_number], a, count)
-        rail = np.zeros(steps + 1)
-        if of.track.layers:
-            n, at = shape.T, np.arange(steps + 1)
-            left, right = one.track[at, element], one.track[at, element + 1]
-            rail = (n[0] * left[:, 0] + n[1] * left[:, 1]) + (n[2] * right[:, 0] + n[3] * right[:, 1])
-        np.testing.assert_array_equal(result.rail_under_wheel[run, 1 : steps + 1, wheel_number], rail[1:])
+        n, at = shape.T, np.arange(steps + 1)
+        for layer, (first, _) in of.track.layers.items():
+            left, right = one.track[at, element, first : first + 2].T, one.track[at, element + 1, first : first + 2].T
+            under = (n[0] * left[0] + n[1] * left[1]) + (n[2] * right[0] + n[3] * right[1])
+            found = result.channels[f"{layer}_under_wheel"][run, : steps + 1, wheel_number]
+            np.testing.assert_array_equal(found[1:], under[1:])
+            assert found[0] == pytest.approx(under[0], rel=1e-12, abs=1e-18)
+        if not of.track.layers:
+            assert not result.rail_under_wheel[run, : steps + 1].any()
     # The gaps in the log are the reference's overlaps.
     for event in result.separations.to_pylist():
         if event["run"] != run:

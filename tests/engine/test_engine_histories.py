@@ -25,7 +25,7 @@ def table(of: Model, count: int = 2) -> Runs:
 def available(of: Model) -> tuple[str, ...]:
     """The channels that a model's track has."""
     missing = {"rail", "slab", "base"} - set(of.track.layers)
-    return tuple(name for name in CHANNELS if name.removesuffix("_acceleration") not in missing)
+    return tuple(name for name in CHANNELS if name.split("_")[0] not in missing)
 
 
 @pytest.mark.parametrize(("vehicle", "track"), [("column", "winkler"), ("coach", "slab")])

@@ -61,6 +61,7 @@ def test_what_to_save_refuses_what_is_out_of_range(entries, says):
         (SaveAt(1.5e-4), r"save\.every = 0\.00015 s: a whole multiple of the step 0\.0001 s"),
         (SaveAt(0.5e-4), r"save\.every = 5e-05 s: a whole multiple"),
         (SaveAt(1e-4, ("slab",), (5.0,)), r"save\.channels: 'slab' is not a layer of a winkler track"),
+        (SaveAt(1e-4, ("base_under_wheel",)), r"save\.channels: 'base' is not a layer of a winkler track"),
         (SaveAt(1e-4, ("rail",), (-0.1,)), r"0 to 20 \[m\]"),
         (SaveAt(1e-4, ("rail",), (5.0, 20.1)), r"0 to 20 \[m\]"),
         (SaveAt(1e-4, ("rail",), (np.nan,)), r"0 to 20 \[m\]"),

@@ -39,7 +39,7 @@ def waves(amplitude: float) -> tb.Irregularity:
 def asked(kind: str, step: float, irregularity: Any, duration: float = 0.05, every: float | None = None) -> dict:
     """The arguments of a run."""
     start, speed = (30.0, 60.0) if kind == "coach" else (5.0, 30.0)
-    names = CHANNELS if kind != "rigid" else CHANNELS[:4]
+    names = {"rigid": CHANNELS[:4], "coach": (*CHANNELS, "slab_under_wheel", "base_under_wheel")}.get(kind, CHANNELS)
     save = tb.SaveAt(step if every is None else every, names, [7.3])
     return {"speed": speed, "irregularity": irregularity, "start": start, "duration": duration, "step": step,
             "save": save}  # fmt: skip

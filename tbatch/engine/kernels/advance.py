@@ -3,9 +3,9 @@
 import taichi as ti
 
 from tbatch.engine.kernels.contact import solve_contact
-from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces, rail_under_wheels
+from tbatch.engine.kernels.interface import free_overlaps, push_contact_forces
 from tbatch.engine.kernels.record import end_diverged, end_finished, follow_separations, take_statistics
-from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample
+from tbatch.engine.kernels.samples import begin_probes, middle_probes, write_sample, write_under_wheels
 from tbatch.engine.kernels.sparse_sweeps import sparse_backward, sparse_forward, sparse_products, sparse_update
 from tbatch.engine.kernels.sweeps import backward_sweep, forward_sweep
 from tbatch.engine.kernels.travel import follow_vehicle
@@ -135,9 +135,13 @@ def advance(
                 take_statistics(at, accumulators, memory, marks, statistic_rows, b, time, rows_per_wheel, counters)
                 follow_separations(at, memory, marks, events, b, n + 1, watch, time)
                 if sampled:
-                    rail_under_wheels(at, pattern, memory, marks, lockstep, rail_rows, displacement, b)
+                    slot = (n + 1) // every - first_sample
                     write_sample(
                         at, memory, sample_rows, samples, probe_rows, probe_shape, displacement, velocity,
-                        b, (n + 1) // every - first_sample, probe_memory, scheme,
+                        b, slot, probe_memory, scheme,
                     )  # fmt: skip
+                    if ti.static(pattern.dofs > 0):
+                        write_under_wheels(
+                            at, pattern, memory, marks, lockstep, rail_rows, sample_rows, samples, displacement, b, slot
+                        )
                 end_finished(at, memory, marks, events, b, n + 1)

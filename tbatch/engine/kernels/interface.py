@@ -51,7 +51,7 @@ def free_overlaps(
                     at, pattern, memory, marks, columns, element_class, window_start, near, load, rate, b, j
                 )
                 if half == 0:
-                    rail = rail - rail_value_lockstep(at, pattern, memory, marks, rail_rows, displacement, b, j)
+                    rail = rail - rail_value_lockstep(at, pattern, memory, marks, rail_rows, displacement, b, j, 0)
                 memory[b, at.rail + j] = rail
         flexibilities_lockstep(
             at,
@@ -79,7 +79,7 @@ def free_overlaps(
                         at, pattern, memory, marks, columns, element_class, window_start, near, load, rate, b, lane, i
                     )
                     if half == 0:
-                        rail = rail - rail_value(at, pattern, memory, marks, rail_rows, displacement, b, lane, i)
+                        rail = rail - rail_value(at, pattern, memory, marks, rail_rows, displacement, b, lane, i, 0)
                     memory[b, at.rail + i][lane] = rail
                 for j in range(i + 1):
                     flexibility = local_compliance(
@@ -128,18 +128,3 @@ def push_contact_forces(
         else:
             for lane in range(LANES):
                 push_rail(at, pattern, memory, marks, rail_rows, load, b, lane)
-
-
-@ti.func
-def rail_under_wheels(
-    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), lockstep: ti.template(),
-    rail_rows: ti.template(), vector: ti.template(), b,
-):  # fmt: skip
-    """N u under every wheel of every lane, into the rail rows."""
-    if ti.static(pattern.dofs > 0):
-        for j in range(at.wheels):
-            if lockstep[b] == 1:
-                memory[b, at.rail + j] = rail_value_lockstep(at, pattern, memory, marks, rail_rows, vector, b, j)
-            else:
-                for lane in range(LANES):
-                    memory[b, at.rail + j][lane] = rail_value(at, pattern, memory, marks, rail_rows, vector, b, lane, j)

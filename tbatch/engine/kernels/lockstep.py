@@ -13,12 +13,12 @@ from tbatch.engine.rows import ELEMENT, MARKS, PER_WHEEL
 @ti.func
 def rail_value_lockstep(
     at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), rail_rows: ti.template(),
-    vector: ti.template(), b, j,
+    vector: ti.template(), b, j, below,
 ):  # fmt: skip
-    """N times the rail dofs of `vector` under wheel j, all lanes."""
+    """N times the dofs of `vector` under wheel j, all lanes: the rail's, or those `below` rows after them."""
     element = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, 0]
-    row = rail_row(pattern, rail_rows, element)
-    far = rail_row(pattern, rail_rows, element + 1)
+    row = rail_row(pattern, rail_rows, element) + below
+    far = rail_row(pattern, rail_rows, element + 1) + below
     n = at.shape + 4 * j
     return (memory[b, n][0] * vector[b, row] + memory[b, n + 1][0] * vector[b, row + 1]) + (
         memory[b, n + 2][0] * vector[b, far] + memory[b, n + 3][0] * vector[b, far + 1]

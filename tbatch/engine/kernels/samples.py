@@ -1,18 +1,22 @@
 """Samples of the histories, written to a buffer that the host empties after each chunk.
 
 `sample_rows` holds the first row of each channel in a sample, or -1: contact force, vehicle, vehicle acceleration,
-level under each wheel, rail under each wheel, probes, probe accelerations. A probe is a point of a layer of the track:
+level under each wheel, probes, probe accelerations, the layers of the track under each wheel. A probe is a point of a layer of the track:
 two rows of the track's state (its two nodes) and four Hermite values.
 """
 
 import taichi as ti
 
+from tbatch.engine.kernels.lockstep import rail_value_lockstep
+from tbatch.engine.kernels.wheels import rail_value
 from tbatch.engine.rows import (
+    CHANNELS,
     FORCE,
+    LANES,
     LEVEL,
     PROBE,
     PROBE_ACCELERATION,
-    RAIL_UNDER_WHEEL,
+    UNDER_WHEEL,
     VEHICLE,
     VEHICLE_ACCELERATION,
 )
@@ -63,8 +67,6 @@ def write_sample(
             samples[b, slot, sample_rows[FORCE] + j] = memory[b, at.force + j]
         if sample_rows[LEVEL] >= 0:
             samples[b, slot, sample_rows[LEVEL] + j] = memory[b, at.level + j]
-        if sample_rows[RAIL_UNDER_WHEEL] >= 0:
-            samples[b, slot, sample_rows[RAIL_UNDER_WHEEL] + j] = memory[b, at.rail + j]
     for r in range(at.dofs):
         if sample_rows[VEHICLE] >= 0:
             samples[b, slot, sample_rows[VEHICLE] + r] = memory[b, at.displacement + r]
@@ -77,3 +79,25 @@ def write_sample(
         if sample_rows[PROBE_ACCELERATION] >= 0:
             v = probe_value(velocity, probe_rows, probe_shape, b, probe)
             samples[b, slot, sample_rows[PROBE_ACCELERATION] + probe] = memory[b, first + 2 * probe + 1] + scheme[2] * v
+
+
+@ti.func
+def write_under_wheels(
+    at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), lockstep: ti.template(),
+    rail_rows: ti.template(), sample_rows: ti.template(), samples: ti.template(), displacement: ti.template(), b, slot,
+):  # fmt: skip
+    """After the step: N u under every wheel, for each layer that is asked for."""
+    for channel in range(UNDER_WHEEL, CHANNELS):
+        if sample_rows[channel] >= 0:
+            below = 2 * (channel - UNDER_WHEEL)
+            for j in range(at.wheels):
+                row = sample_rows[channel] + j
+                if lockstep[b] == 1:
+                    samples[b, slot, row] = rail_value_lockstep(
+                        at, pattern, memory, marks, rail_rows, displacement, b, j, below
+                    )
+                else:
+                    for lane in range(LANES):
+                        samples[b, slot, row][lane] = rail_value(
+                            at, pattern, memory, marks, rail_rows, displacement, b, lane, j, below
+                        )

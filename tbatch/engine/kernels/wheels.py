@@ -115,12 +115,12 @@ def find_levels(
 @ti.func
 def rail_value(
     at: ti.template(), pattern: ti.template(), memory: ti.template(), marks: ti.template(), rail_rows: ti.template(),
-    vector: ti.template(), b, lane, j,
+    vector: ti.template(), b, lane, j, below,
 ):  # fmt: skip
-    """N times the rail dofs of `vector` under wheel j of one run."""
+    """N times the dofs of `vector` under wheel j of one run: the rail's, or those `below` rows after them."""
     element = marks[b, MARKS.wheels + PER_WHEEL * j + ELEMENT, lane]
-    row = rail_row(pattern, rail_rows, element)
-    far = rail_row(pattern, rail_rows, element + 1)
+    row = rail_row(pattern, rail_rows, element) + below
+    far = rail_row(pattern, rail_rows, element + 1) + below
     n = at.shape + 4 * j
     return (memory[b, n][lane] * vector[b, row][lane] + memory[b, n + 1][lane] * vector[b, row + 1][lane]) + (
         memory[b, n + 2][lane] * vector[b, far][lane] + memory[b, n + 3][lane] * vector[b, far + 1][lane]
