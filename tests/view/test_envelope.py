@@ -8,7 +8,8 @@ import pytest
 
 from tbatch.campaign.run import run
 from tbatch.scenario import Scenario
-from tbatch.view.envelope import LEVELS, envelope_runs, make_envelope, passage, percentiles
+from tbatch.view.envelope import LEVELS, envelope_runs, make_envelope, percentiles
+from tbatch.view.passages import passage
 from tbatch.view.timeline import write_envelope
 from tbatch.view.viewer import find_binary
 
@@ -84,7 +85,7 @@ def test_an_envelope_is_made_from_sound_runs_alone_and_not_from_more_than_take_s
 
 
 def test_fewer_runs_together_give_the_same_envelope(campaign, envelope, monkeypatch):
-    monkeypatch.setattr("tbatch.view.envelope.MOST_MEMORY", 1.0)
+    monkeypatch.setattr("tbatch.view.passages.MOST_MEMORY", 1.0)
     alone = make_envelope(campaign, 1, [0, 1, 2, 3])
     np.testing.assert_array_equal(alone.ratio, envelope.ratio)
 

@@ -12,9 +12,11 @@ from tbatch.campaign.estimates import ALL_SPEEDS, ANY_WHEELSET, Estimate, Units
 from tbatch.campaign.limits import judge, stored_limits
 from tbatch.view.report import curves, depth, tables
 from tbatch.view.report.drawing import Picture
-from tbatch.view.report.envelopes import envelope_picture
+from tbatch.view.report.envelopes import envelope_pictures
 from tbatch.view.report.histories import history_pictures
 from tbatch.view.report.page import csv_text, figure_html, page_html, table_html
+from tbatch.view.report.rare_loads import rare_loads_picture
+from tbatch.view.report.ride import ride_picture
 from tbatch.view.report.spectra import surface_picture
 
 KMH = 3.6
@@ -40,7 +42,14 @@ def write_report(campaign: Campaign, folder: Path, *, histories: bool = True) ->
     if histories:
         telling = _telling_case(units)
         some = {case: units[case] for case in _spread(len(campaign.speeds))}
-        pictures["Along the line"] = [envelope_picture(campaign, some)]
+        pictures["Along the line"] = envelope_pictures(campaign, some)
+        if (rare := rare_loads_picture(campaign, telling)) is not None:
+            pictures["Along the line"].append(rare)
+        ride = ride_picture(campaign, _spread(len(campaign.speeds)))
+        if isinstance(ride, str):
+            notes["Along the line"] = [f'<p class="note">{tables.escape(ride)}</p>']
+        else:
+            pictures["Ride"] = [ride]
         pictures["Single runs"] = history_pictures(campaign, telling, units[telling])
         if (surface := surface_picture(campaign, units[telling])) is not None:
             pictures["The running surface"] = [surface]
