@@ -9,7 +9,6 @@ from tbatch.numerics.coupled_run import CoupledRun
 from tbatch.numerics.rows import shape_at
 
 
-
 class Recorder:
     """The histories of one run.
 

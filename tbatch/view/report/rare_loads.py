@@ -51,7 +51,9 @@ def rare_loads_picture(campaign: Campaign, case: int) -> Picture | None:
     )
     needed = runs_needed(_CURVES[0][0])
     if len(samples) < needed:
-        caption += f" Fewer than {needed:,} runs: the outer curves are the extremes met, and nothing bounds them outwards."
+        caption += (
+            f" Fewer than {needed:,} runs: the outer curves are the extremes met, and nothing bounds them outwards."
+        )
     return Picture("rare_loads", title, caption, svg, _COLUMNS, rows)
 
 
