@@ -26,8 +26,8 @@ class Result:
 
     Saved channels are attributes of their names: `contact_force` (run, n, wheel) [N], `vehicle` and
     `vehicle_acceleration` (run, n, dof), `irregularity`, `rail_under_wheel`, `slab_under_wheel` and `base_under_wheel`
-    (run, n, wheel) [m], `rail`, `rail_acceleration`, `slab` and `base` (run, n, point). Histories are NaN after a run's end; with `SaveAt.runs`, run
-    is one of those, in their order.
+    (run, n, wheel) [m], `rail`, `rail_acceleration`, `slab` and `base` (run, n, point). Histories are NaN after a run's
+    end; with `SaveAt.runs`, run is one of those, in their order.
     """
 
     time: np.ndarray

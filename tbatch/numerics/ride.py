@@ -1,6 +1,7 @@
 """How strongly passengers are shaken: the acceleration behind a band-pass, and behind the weighting of ISO 2631-1."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,8 @@ def weighted(acceleration: NDArray[np.float64], step: float) -> NDArray[np.float
     """
     from scipy.signal import bilinear_zpk, sosfilt, zpk2sos
 
-    return np.asarray(sosfilt(zpk2sos(*bilinear_zpk(*_weighting(), 1.0 / step)), acceleration))
+    discrete: Any = bilinear_zpk(*_weighting(), 1.0 / step)  # the stubs of zpk2sos know no complex poles
+    return np.asarray(sosfilt(zpk2sos(*discrete), acceleration))
 
 
 def band_passed(acceleration: NDArray[np.float64], step: float) -> NDArray[np.float64]:

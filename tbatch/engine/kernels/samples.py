@@ -1,8 +1,8 @@
 """Samples of the histories, written to a buffer that the host empties after each chunk.
 
 `sample_rows` holds the first row of each channel in a sample, or -1: contact force, vehicle, vehicle acceleration,
-level under each wheel, probes, probe accelerations, the layers of the track under each wheel. A probe is a point of a layer of the track:
-two rows of the track's state (its two nodes) and four Hermite values.
+level under each wheel, probes, probe accelerations, the layers of the track under each wheel. A probe is a point of a
+layer of the track: two rows of the track's state (its two nodes) and four Hermite values.
 """
 
 import taichi as ti

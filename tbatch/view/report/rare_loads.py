@@ -45,15 +45,13 @@ def rare_loads_picture(campaign: Campaign, case: int) -> Picture | None:
         figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3)
         svg = svg_of(figure, "rare_loads", title)
     caption = (
-        f"Raw contact force of the leading wheelset from {len(samples):,} runs, simulated again: of each run the largest"
-        " value in a bin of 0.25 m or more for 99.85 %, the least for 0.15 %, that at the middle for 50 %. Bands: 95 %,"
-        " order statistics over runs, pointwise; an open end reaches the edge."
+        f"Raw contact force of the leading wheelset from {len(samples):,} runs, simulated again: of each run the"
+        " largest value in a bin of 0.25 m or more for 99.85 %, the least for 0.15 %, that at the middle for 50 %. Bands:"
+        " 95 %, order statistics over runs, pointwise; an open end reaches the edge."
     )
     needed = runs_needed(_CURVES[0][0])
     if len(samples) < needed:
-        caption += (
-            f" Fewer than {needed:,} runs: the outer curves are the extremes met, and nothing bounds them outwards."
-        )
+        caption += f" Fewer than {needed:,} runs: the outer curves are the extremes met, and unbounded outwards."
     return Picture("rare_loads", title, caption, svg, _COLUMNS, rows)
 
 

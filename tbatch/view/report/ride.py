@@ -72,8 +72,8 @@ def ride_picture(campaign: Campaign, cases: list[int]) -> Picture | str:
     caption = (
         f"Root mean square over the evaluated part of each of {runs} runs or more, simulated again: of a run in the"
         " middle (bars: 95 %, order statistics over runs; none where the runs are too few) and of one that 95 % stay"
-        " below (dotted). Left: behind a fourth-order band-pass (EN 14363); right: behind the weighting Wk of ISO 2631-1."
-        " A rigid carbody on a straight line: to compare variants, not to be held against limits."
+        " below (dotted). Left: behind a fourth-order band-pass (EN 14363); right: behind ISO 2631-1's weighting"
+        " Wk. A rigid carbody on a straight line: to compare variants, not to be held against limits."
     )
     return Picture("ride", title, caption, svg, _COLUMNS, rows)
 
