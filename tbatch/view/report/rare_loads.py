@@ -46,8 +46,8 @@ def rare_loads_picture(campaign: Campaign, case: int) -> Picture | None:
         svg = svg_of(figure, "rare_loads", title)
     caption = (
         f"Raw contact force of the leading wheelset from {len(samples):,} runs, simulated again: of each run the"
-        " largest value in a bin of 0.25 m or more for 99.85 %, the least for 0.15 %, that at the middle for 50 %. Bands:"
-        " 95 %, order statistics over runs, pointwise; an open end reaches the edge."
+        " largest value in a bin of 0.25 m or more for 99.85 %, the least for 0.15 %, that at the middle for 50 %."
+        " Bands: 95 %, order statistics over runs, pointwise; an open end reaches the edge."
     )
     needed = runs_needed(_CURVES[0][0])
     if len(samples) < needed:
