@@ -118,6 +118,15 @@ class Model:
             self, scheme=scheme, factor=factorise(self.track, scheme), tables=VehicleTables.of(self.vehicle, scheme)
         )
 
+    def with_vehicle(self, vehicle: Vehicle, contact: Contact) -> "Model":
+        """The same model with another vehicle and contact, such as a run's own.
+
+        Raises:
+            ValueError: If the vehicle cannot rest on a rigid rail.
+        """
+        rest = rest_on_rigid_rail(vehicle, contact, self.rails)
+        return replace(self, vehicle=vehicle, contact=contact, rest=rest, tables=VehicleTables.of(vehicle, self.scheme))
+
     def describe(self) -> str:
         """Half or whole, dofs, masses, frequencies, static loads, contact and step, a line each."""
         rows = [("model", "half (one rail)" if self.rails == 1 else "whole (two rails)")]

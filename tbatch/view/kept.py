@@ -16,8 +16,9 @@ from tbatch.view.timeline import RecordingUnavailable, check_loadable, write_rec
 if TYPE_CHECKING:
     from tbatch.campaign.campaign import Campaign
     from tbatch.campaign.recordings import Recorder
+    from tbatch.engine.model import Model
     from tbatch.engine.result import Result
-    from tbatch.engine.runs import SaveAt
+    from tbatch.engine.runs import Runs, SaveAt
     from tbatch.physics.line import Line
     from tbatch.scenario import Scenario
 
@@ -107,14 +108,19 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
         index: Its place there.
     """
     scenario = campaign.scenario
-    model = scenario.model()
     case, sample = campaign.pair(name)
     runs, _ = scenario.runs([(case, sample)])
+    model = _own_model(scenario.model(), runs)
     vehicle, track = model.vehicle, model.track
-    channel = {key: history[index] for key, history in result.channels.items()}
+    # Simulated together with longer ones a run has rows of NaN after its end, which are no part of it.
+    samples = int(np.isfinite(result.channels["contact_force"][index]).all(axis=1).argmin()) or len(result.time)
+    if samples < 2:
+        raise ValueError(f"{name} has 1 sample before it diverged; at least 2 are needed to show it")
+    time = result.time[:samples]
+    channel = {key: history[index][:samples] for key, history in result.channels.items()}
     speed, start = float(runs.speed[0]), float(runs.start[0])
-    position = start + speed * result.time
-    rows = slice(None, None, max(1, round(FRAME_INTERVAL / float(result.time[1]))))
+    position = start + speed * time
+    rows = np.union1d(np.arange(0, samples, max(1, round(FRAME_INTERVAL / float(time[1])))), [samples - 1])
     layers = {layer: np.ascontiguousarray(channel[layer][rows]) for layer in LAYERS if layer in channel}
     optional: dict[str, Any] = dict(layers)
     if vehicle.wheel_radius is not None:
@@ -124,7 +130,7 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
         name=name,
         campaign=scenario.name,
         title=f"{vehicle.name} at {speed * KMH:.4g} km/h on {track.name}",
-        time=result.time,
+        time=time,
         position=position,
         wheel_offsets=vehicle.wheel_offsets,
         static_load=model.static_load,
@@ -134,10 +140,10 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
         vehicle_acceleration=channel.get("vehicle_acceleration"),
         lift_off=model.rest.constants.approach - model.rest.constants.separation,
         rail_at=_kept_places(campaign) if layers else None,
-        track_time=result.time[rows] if layers else None,
+        track_time=time[rows] if layers else None,
         rail_under_wheel=channel.get("rail_under_wheel"),
         irregularity=channel.get("irregularity"),
-        line=_line(runs.irregularity[0], position[0] - float(vehicle.wheel_offsets.max()), position[-1]),
+        line=_line(runs.irregularity[0], position[0] - float(vehicle.wheel_offsets.max()), float(position[-1])),
         bay=track.element_length * track.period if track.kind == "slab" else None,
         separations=_of_run(result.separations, index),
         properties={
@@ -151,19 +157,28 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
             "force_max_kN": round(1e-3 * float(np.max(summary["force_max"].to_numpy())), 1),
             "step_ms": 1e3 * model.step,
         },
-        parameters=_parameters(scenario),
+        parameters=_parameters(scenario, model, sample),
         **optional,
     )
 
 
-def _parameters(scenario: Scenario) -> dict[str, str]:
-    """What was simulated: the model as it describes itself, and what the scenario says of the rail and the run."""
-    told = [line.split("  ", 1) for line in scenario.model().describe().splitlines()]
-    found = {name: value.strip() for name, value in (line for line in told if len(line) == 2)}
+def _own_model(model: Model, runs: Runs) -> Model:
+    """The model with the vehicle and the contact of the only run, where these vary."""
+    if runs.vehicle is None and runs.contact is None:
+        return model
+    vehicle = model.vehicle if runs.vehicle is None else runs.vehicle[0]
+    return model.with_vehicle(vehicle, model.contact if runs.contact is None else runs.contact[0])
+
+
+def _parameters(scenario: Scenario, model: Model, sample: int) -> dict[str, str]:
+    """What was simulated: what varies, the run's model in its own words, and the scenario's of the rail and the run."""
+    found = {name: f"{value:.6g} [SI], of this run alone" for name, value in scenario.varied(sample).items()}
+    told = [line.split("  ", 1) for line in model.describe().splitlines()]
+    found |= {name: value.strip() for name, value in (line for line in told if len(line) == 2)}
     resolved = scenario.resolved()
     for table in ("irregularity", "run"):
         for name, value in resolved.get(table, {}).items():
-            if value not in (None, [], {}):
+            if value not in (None, [], {}) and f"{table}.{name}" not in found:
                 found[f"{table}.{name}"] = str(value)
     return found
 
@@ -173,10 +188,18 @@ def _kept_places(campaign: Campaign) -> Array:
 
 
 def _line(irregularity: Any, low: float, high: float) -> tuple[Array, Array] | None:
+    """The irregularity wherever the side view looks, while wheels run from low to high [m]; None on a smooth rail."""
     if irregularity is None:
         return None
-    places = np.linspace(low, high, int(min(MOST_PLACES, np.ceil((high - low) / LINE_SPACING) + 1)))
-    return places, np.asarray(irregularity(places), float)
+
+    def level(first: float, last: float) -> tuple[Array, Array]:
+        places = np.linspace(first, last, int(min(MOST_PLACES, np.ceil((last - first) / LINE_SPACING) + 1)))
+        return places, np.asarray(irregularity(places), float)
+
+    try:
+        return level(low - MARGIN - OVERHANG, high + MARGIN + OVERHANG)
+    except ValueError:  # a measured level may reach no further than the wheels
+        return level(low, high)
 
 
 def _of_run(table: pa.Table, index: int) -> pa.Table:

@@ -13,6 +13,8 @@ def run_sheet(record: RunRecord) -> str:
         return record.sheet
     last = record.samples - 1
     text = [f"# {record.name}", "", record.title, ""]
+    if record.properties.get("status") == "diverged":
+        text += [f"**Diverged at {record.time[last]:.4f} s**: shown up to there, left out of the statistics.", ""]
     text += ["| wheel | Q0, kN | max, kN | max Q/Q0 | min | lost | longest, ms | total, ms |", "|" + "---:|" * 8]
     for j, ratio in enumerate(record.force_ratio[: last + 1].T):
         load = 1e-3 * float(record.static_load[j])

@@ -42,5 +42,7 @@ def test_a_chart_s_axes_are_true():
     assert [logarithmic.written(value) for value in (10.0, 1000.0)] == ["10", "1000 Hz"]
     down, up = (Axis(-1.0, 3.0, 100.0, downward=downward) for downward in (True, False))
     assert down.ticks() == pytest.approx([-1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0])
+    low = Axis(-0.4, 1.6, 100.0)
+    assert [low.written(value) for value in low.ticks()] == ["0", "0.5", "1", "1.5"]
     points = [Canvas("chart", logarithmic, axis).points(np.array([10.0]), np.array([2.0])) for axis in (down, up)]
     np.testing.assert_allclose(points, [[[100.0, 75.0]], [[100.0, 25.0]]])

@@ -163,6 +163,17 @@ def test_a_bare_record_of_one_wheel_that_ended_early_is_written(record, tmp_path
     assert len(read(path)["/force"]["Scalars:scalars"]) == 4000
 
 
+def test_a_run_that_diverged_says_so_on_the_sheet_and_in_the_log(record, tmp_path):
+    force = record.contact_force.copy()
+    force[4000:] = np.nan
+    sick = replace(record, contact_force=force, properties={**record.properties, "status": "diverged"})
+    content = read(write_recording(sick, tmp_path / "sick.rrd"))
+    assert f"**Diverged at {record.time[3999]:.4f} s**" in content["/sheet"]["TextDocument:text"][0][0]
+    lines = [row[0] for row in content["/events"]["TextLog:text"]]
+    assert sum(line.startswith("diverged: ") for line in lines) == 1
+    assert not any(line.startswith("end") for line in lines)
+
+
 def test_a_failure_leaves_the_old_file_and_nothing_else(record, tmp_path, monkeypatch):
     from tbatch.view.timeline import recording
 

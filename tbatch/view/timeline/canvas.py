@@ -52,7 +52,7 @@ class Axis:
         power = 10.0 ** np.floor(np.log10(rough))
         step = next(power * times for times in (1, 2, 5, 10) if power * times >= rough * (1 - 1e-9))
         first = np.ceil(self.low / step - 1e-9)
-        return [float(step * n) for n in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]
+        return [float(step * n) + 0.0 for n in np.arange(first, np.floor(self.high / step + 1e-9) + 1)]  # + 0.0: no -0
 
     def written(self, value: float) -> str:
         """A tick's number; the last one bears the unit."""

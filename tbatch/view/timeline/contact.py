@@ -58,6 +58,7 @@ def send_events(
     ends: tuple[float, float],
     colours: Sequence[palette.Colour],
     who: str = "",
+    last: str = "end",
     entity: str = EVENTS,
 ) -> None:
     """Send the start, every separation and the end as lines of text.
@@ -69,11 +70,14 @@ def send_events(
         ends: First and last time of the run [s].
         colours: One for each event.
         who: Said before each line where there are several runs.
+        last: What the run's last time is.
         entity: What to log to.
     """
     count = len(events)
     total = "no separation" if not count else f"{count} separation{'s' if count > 1 else ''}"
-    text = rr.TextLog.columns(text=[f"{who}start", f"{who}end: {total}"], level=["INFO"] * 2, color=[palette.RAIL] * 2)
+    text = rr.TextLog.columns(
+        text=[f"{who}start", f"{who}{last}: {total}"], level=["INFO"] * 2, color=[palette.RAIL] * 2
+    )
     stream.send_columns(entity, clock.when(ends), text, strict=True)
     if not count:
         return

@@ -115,6 +115,7 @@ def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> Non
         mine = [event for event in record.events if event.wheel == j]
         send_lane(stream, f"wheel_{j + 1}", mine, clock, ends=ends)
     colours = [palette.wheel_colour(event.wheel) for event in record.events]
-    send_events(stream, record.events, clock, ends=ends, colours=colours)
+    last = "diverged" if record.properties.get("status") == "diverged" else "end"
+    send_events(stream, record.events, clock, ends=ends, colours=colours, last=last)
     for plot in sorted({"force", force_overview(record)}):
         send_marks(stream, plot, record.events, clock)
