@@ -14,18 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbatch.view.deflection import deflection, under_wheels
-from tbatch.view.record import Array, Body, RunRecord
+from tbatch.view.record import Array, Body, RunRecord, Separation
 from tbatch.view.thinning import Samples, spaced_samples
 
 Float32 = NDArray[np.float32]
 
 FRAME_TRAVEL = 0.3  # least way between two pictures [m]
 FRAME_INTERVAL = 1e-3  # least time between two pictures [s]
+FRAME_DENSITY, FEW_FRAMES = 8.0, 200  # most pictures to a metre [1/m], and in a short run
 MARGIN = 5.0  # track in view before the first wheel and behind the last [m]
 OVERHANG = 9.0  # track drawn beyond that, for windows wider than usual [m]
 HEAD_SPACING, RAIL_SPACING, SLAB_SPACING = 0.2, 0.4, 1.0  # between drawn points [m]
 HEAD_PARTS, HEAD_TOLERANCE = 8, 0.02  # a spacing of the surface is divided where it bends more [m]
-GRAIN = 1.0 / 512.0  # drawn coordinates are whole multiples of it: a tenth of a pixel, and packs well [m]
+GRAIN = 1.0 / 256.0  # drawn coordinates are whole multiples of it: a seventh of a pixel, and packs well [m]
 ROOM = 0.6  # largest drawn displacement of rail and wheels [m]
 RAIL_DEPTH = 0.18  # of the line that shows the rail's deflection alone, below the running surface [m]
 SLAB_DEPTH, BASE_DEPTH = 0.50, 0.85  # of their centre lines below the running surface [m]
@@ -103,14 +104,40 @@ def reach_of(record: RunRecord) -> tuple[float, float]:
 
 
 def choose_frames(record: RunRecord) -> Samples:
-    """Pick the samples that become pictures: a few hundred per 100 m, more while a wheel is off the rail."""
+    """Pick the samples that become pictures: a few hundred per 100 m, more while a wheel is off the rail.
+
+    The start and the end of a separation are pictures, and what is between as finely as the number of pictures
+    allows; where it does not allow the ends of all, those of the longest.
+    """
     n = record.samples
     time, position = np.asarray(record.time[:n]), np.asarray(record.position[:n])
     regular = spaced_samples(time, position, interval=FRAME_INTERVAL, travel=FRAME_TRAVEL)
-    pieces = [max(4, np.ceil((event.end - event.start) / FRAME_INTERVAL)) for event in record.events]
-    instants = [np.linspace(e.start, e.end, int(count) + 1) for e, count in zip(record.events, pieces, strict=True)]
-    samples = np.searchsorted(time, np.concatenate(instants or [np.zeros(0)]) - 1e-12)
-    return np.union1d(regular, np.clip(samples, 0, n - 1)).astype(np.intp)
+    most = max(int(FRAME_DENSITY * float(position[-1] - position[0])), FEW_FRAMES)
+    for pieces in (4, 2, 1):  # of each separation at least
+        for interval in FRAME_INTERVAL * 2.0 ** np.arange(4):
+            frames = np.union1d(regular, _separated_frames(time, record.events, interval, pieces))
+            if len(frames) <= most:
+                return frames
+    longest = sorted(record.events, key=lambda event: event.start - event.end)[: max(most - len(regular), 0) // 2]
+    return np.union1d(regular, _separated_frames(time, longest, np.inf, 1))
+
+
+def _separated_frames(time: Array, events: Sequence[Separation], interval: float, pieces: int) -> Samples:
+    """Pick samples from the start to the end of every separation, on marks that all wheels share.
+
+    Args:
+        time: Time [s], shape (n,).
+        events: The separations.
+        interval: Time between the marks [s].
+        pieces: Into how many a separation is divided beside that.
+    """
+    instants = [np.linspace(event.start, event.end, pieces + 1) for event in events]
+    for event in events:
+        first, last = np.ceil(event.start / interval), np.floor(event.end / interval)
+        if np.isfinite(interval):
+            instants.append(interval * np.arange(first, last + 1))
+    found = np.searchsorted(time, np.concatenate([*instants, np.zeros(0)]) - 1e-12)
+    return np.unique(np.clip(found, 0, len(time) - 1)).astype(np.intp)
 
 
 def choose_exaggeration(record: RunRecord, frames: Samples) -> int:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tbatch.view.deflection import along, under_wheels
-from tbatch.view.scene import ROOM, build_scene
+from tbatch.view.scene import FRAME_DENSITY, FRAME_TRAVEL, ROOM, build_scene, choose_frames
 
 
 @pytest.fixture(scope="module")
@@ -16,6 +16,19 @@ def test_every_separation_has_its_instants_among_the_pictures(record, scene):
     shown = set(record.time[scene.frames].round(9))
     for event in record.events:
         assert {round(event.start, 9), round(event.end, 9)} <= shown
+
+
+def test_pictures_are_as_far_apart_at_any_speed_and_not_too_many_where_wheels_chatter(record):
+    """At 20 km/h a picture every 0.3 m; wheels off every other millisecond take no more than their share."""
+    slow = replace(record, time=record.time * 15.0)
+    calm = replace(slow, contact_force=np.maximum(record.contact_force, 1.0), separations=None)
+    assert np.diff(record.position[choose_frames(calm)][:-1]) == pytest.approx(FRAME_TRAVEL, rel=0.1)
+    chatter = np.maximum(record.contact_force, 1.0)
+    chatter[::20] = 0.0
+    chattering = choose_frames(replace(record, contact_force=chatter, separations=None))
+    way = record.position[-1] - record.position[0]
+    assert len(chattering) <= FRAME_DENSITY * way
+    assert np.diff(record.position[chattering]).max() < FRAME_TRAVEL * 1.1
 
 
 def test_exaggeration_is_round_and_fills_the_room(record, scene):

@@ -11,19 +11,24 @@ from tbatch.view.record import RunRecord
 from tbatch.view.scene import BASE_DEPTH, ROOF, reach_of
 from tbatch.view.timeline.canvas import Canvas
 from tbatch.view.timeline.contact import events_view, lanes_view
-from tbatch.view.timeline.layout import POINTS_MAX, View, close_up, framed, plot, stacked, tabbed, whole
+from tbatch.view.timeline.layout import View, close_up, framed, plot, stacked, tabbed, whole
 from tbatch.view.timeline.side_view import ORIGIN
 
 VIEW_HEIGHT = 0.5206  # tangent of half the viewer's angle of view (55 degrees upright, rerun 0.41)
 
 
-def dashboard(record: RunRecord, charts: Mapping[str, Canvas]) -> rrb.Blueprint:
-    """Lay out the views of one run; views that have nothing to show are left out."""
-    forces = plot(force_overview(record), "Contact force Q/Q0, whole run")
+def dashboard(record: RunRecord, charts: Mapping[str, Canvas], *, forces: str = "force") -> rrb.Blueprint:
+    """Lay out the views of one run; views that have nothing to show are left out.
+
+    Args:
+        record: The run.
+        charts: Its charts by name.
+        forces: Entity that shows the forces of the whole run.
+    """
     lanes_share = 0.47 + 0.36 * record.wheel_count
     left: list[tuple[float, View]] = [
         (3.2, _pictures(record, charts)),
-        (2.0, forces),
+        (2.0, plot(forces, "Contact force Q/Q0, whole run")),
         (lanes_share, lanes_view(whole())),
     ]
     motions = _motions(record)
@@ -35,11 +40,6 @@ def dashboard(record: RunRecord, charts: Mapping[str, Canvas]) -> rrb.Blueprint:
         right.append((1.4, tabbed(layers)))
     right += [(1.5, events_view()), (2.2, rrb.TextDocumentView(origin="/sheet", name="Run sheet"))]
     return framed(rrb.Horizontal(stacked(left), stacked(right), column_shares=[2.1, 1]), speed=record.speed)
-
-
-def force_overview(record: RunRecord) -> str:
-    """Name the entity that shows the forces of the whole run: a thinned one where there are too many."""
-    return "force" if record.samples * record.wheel_count <= POINTS_MAX else "force_overview"
 
 
 def _pictures(record: RunRecord, charts: Mapping[str, Canvas]) -> View:

@@ -20,7 +20,7 @@ WINDOW_TIME = 0.05  # shown before and after the cursor in close-ups [s]
 WINDOW_TRAVEL = 4.0  # the same on the chainage [m]
 LEGEND = rrb.PlotLegend(corner=rrb.Corner2D.LeftTop)  # runs begin calmly: little is hidden
 NO_LEGEND = rrb.PlotLegend(visible=False)
-SLOW_MOTION = 0.05  # simulated seconds played in a second
+SLOW_MOTION, SLOW_TRAVEL = 0.05, 2.2  # simulated seconds played in a second, and least way [m]
 POINTS_MAX = 2_000_000  # in one view: the software renderer needs half a minute for eight times as many
 
 
@@ -75,10 +75,12 @@ def framed(views: View, *, speed: float, timeline: str = TIME) -> rrb.Blueprint:
         speed: Of the vehicle [m/s]: slow motion is as slow on both timelines.
         timeline: Shown at first.
     """
+    # Pictures are a way apart: a slow run is slowed down less, or they would follow one another in jerks.
+    played = max(SLOW_MOTION, min(SLOW_TRAVEL / speed, 1.0)) if speed > 0.0 else 1.0
     return rrb.Blueprint(
         views,
         rrb.TimePanel(
-            state="collapsed", timeline=timeline, play_state="paused", playback_speed=SLOW_MOTION, fps=1e3 * speed
+            state="collapsed", timeline=timeline, play_state="paused", playback_speed=played, fps=1e3 * speed
         ),
         rrb.SelectionPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),

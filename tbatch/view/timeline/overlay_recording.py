@@ -18,7 +18,7 @@ from tbatch.view.timeline.contact import send_events, send_lane
 from tbatch.view.timeline.file import recording_file
 from tbatch.view.timeline.layout import POINTS_MAX
 from tbatch.view.timeline.overlay_dashboard import OVERVIEW, Place, overlay_dashboard
-from tbatch.view.timeline.series import GRAIN, send_range, send_series
+from tbatch.view.timeline.series import FORCE_DENSITY, GRAIN, contact_changes, plotted_samples, send_range, send_series
 
 INTERVAL, TRAVEL = 1e-3, 0.04  # least time [s] and way [m] between extremes; half of it for differences
 
@@ -68,8 +68,11 @@ def _panel(stream: rr.RecordingStream, place: Place, panel: Panel) -> None:
         values = np.asarray(response.values[panel.key], float)[:n, None]
         clock = Clock(response)
         leaf = f"{panel.key}/{slug(response.name)}"
-        at, rows = np.arange(n), values
-        if not panel.row:  # looked at less often: extremes will do
+        if panel.row:
+            kept = contact_changes(values) if panel.key.startswith("force/") else None
+            at = plotted_samples(response, values, kept=kept, density=FORCE_DENSITY)
+            rows = values[at]
+        else:  # looked at less often: extremes will do
             time, position = np.asarray(response.time[:n]), np.asarray(response.position[:n])
             at, rows = extremes(values, spaced_samples(time, position, interval=INTERVAL, travel=TRAVEL))
         send_series(stream, f"{place.prefix}{leaf}", look, clock.at(at), rows, grain)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +12,29 @@ import rerun as rr
 
 from tbatch.view import palette
 from tbatch.view.deflection import under_wheels
-from tbatch.view.record import RunRecord
+from tbatch.view.record import Array, RunRecord
 from tbatch.view.scene import body_names, build_scene
 from tbatch.view.sheet import run_sheet
-from tbatch.view.thinning import extremes, spaced_samples
+from tbatch.view.thinning import Samples, extremes, spaced_samples
 from tbatch.view.timeline import side_view
 from tbatch.view.timeline.charts import send_charts
 from tbatch.view.timeline.clock import Clock
 from tbatch.view.timeline.contact import send_events, send_lane, send_marks
-from tbatch.view.timeline.dashboard import dashboard, force_overview
+from tbatch.view.timeline.dashboard import dashboard
 from tbatch.view.timeline.file import recording_file
 from tbatch.view.timeline.layout import POINTS_MAX
-from tbatch.view.timeline.series import GRAIN, send_range, send_series
+from tbatch.view.timeline.series import (
+    FORCE_DENSITY,
+    GRAIN,
+    MOTION_DENSITY,
+    contact_changes,
+    plotted_samples,
+    send_range,
+    send_series,
+)
 
 MOTION_INTERVAL, MOTION_TRAVEL = 0.5e-3, 0.02
-"""Least time [s] and way [m] between samples of slower motions; the slowest have half as many."""
+"""Least time [s] and way [m] between samples of slower motions; extremes are taken of twice as much."""
 FORCES_SHOWN = (0.0, 2.0)  # Q/Q0 that close-ups show at least
 
 
@@ -38,11 +47,11 @@ def write(record: RunRecord, path: Path) -> Path:
         if record.properties:
             stream.send_property("run", _properties(record))
         stream.log("sheet", rr.TextDocument(run_sheet(record), media_type="text/markdown"), static=True)
-        _histories(stream, record, clock)
-        _contact(stream, record, clock)
+        forces = _histories(stream, record, clock)
+        _contact(stream, record, clock, {"force", forces})
         side_view.send(stream, record, scene, clock)
         charts = send_charts(stream, record, scene, clock)
-        stream.send_blueprint(dashboard(record, charts), make_active=True, make_default=True)
+        stream.send_blueprint(dashboard(record, charts, forces=forces), make_active=True, make_default=True)
     return path
 
 
@@ -68,37 +77,44 @@ def _properties(record: RunRecord) -> list[rr.DescribedComponentBatch]:
     ]
 
 
-def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
-    """Send what is plotted: forces at every sample, slower motions at fewer."""
+def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> str:
+    """Send what is plotted.
+
+    Returns:
+        The entity that shows the forces of the whole run: a thinner one where there are too many samples for a view.
+    """
     n = record.samples
     time, position = np.asarray(record.time[:n]), np.asarray(record.position[:n])
-    every = np.arange(n)
     fewer = spaced_samples(time, position, interval=MOTION_INTERVAL, travel=MOTION_TRAVEL)
     slow = fewer[::2]
     wheels = [(f"wheel {j + 1}", palette.wheel_colour(j)) for j in range(record.wheel_count)]
     force = record.force_ratio[:n]
-    send_series(stream, "force", wheels, clock.at(every), force, GRAIN)
+    kept = plotted_samples(record, force, kept=contact_changes(force), density=FORCE_DENSITY)
+    send_series(stream, "force", wheels, clock.at(kept), force[kept], GRAIN)
     send_range(stream, "force", clock, record, np.append(force.ravel(), FORCES_SHOWN))
-    overview = force_overview(record)
+    overview = "force" if kept.size * record.wheel_count <= POINTS_MAX else "force_overview"
     if overview != "force":
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
         at, rows = extremes(force, blocks)
         send_series(stream, overview, wheels, clock.at(at), rows, GRAIN)
-    under = under_wheels(record, fewer)
-    if under is not None:
-        send_series(stream, "rail_deflection", wheels, clock.at(fewer), 1e3 * under)
-        send_range(stream, "rail_deflection", clock, record, 1e3 * under)
-    slab = under_wheels(record, slow, "slab")
-    if slab is not None:
-        send_series(stream, "slab_deflection", wheels, clock.at(slow), 1e3 * slab)
-        send_range(stream, "slab_deflection", clock, record, 1e3 * slab)
+    if record.rail_under_wheel is not None:
+        under = np.asarray(record.rail_under_wheel)[:n]
+        kept = plotted_samples(record, under, density=MOTION_DENSITY)
+        _deflection(stream, "rail", wheels, clock, record, kept, under[kept])
+    else:
+        _deflection(stream, "rail", wheels, clock, record, fewer, under_wheels(record, fewer))
+    _deflection(stream, "slab", wheels, clock, record, slow, under_wheels(record, slow, "slab"))
     if record.irregularity is not None:
-        send_series(stream, "irregularity", wheels, clock.at(fewer), 1e3 * record.irregularity[fewer])
+        level = np.asarray(record.irregularity)[:n]
+        kept = plotted_samples(record, level, density=MOTION_DENSITY)
+        send_series(stream, "irregularity", wheels, clock.at(kept), 1e3 * level[kept])
     sprung = [body for body in record.bodies if body.kind != "wheelset"]
     dofs = [body.vertical_dof for body in sprung]
     looks = list(zip(body_names(sprung), palette.body_colours(len(sprung)), strict=True))
     if dofs and record.vehicle is not None:
-        send_series(stream, "displacement", looks, clock.at(slow), 1e3 * record.vehicle[slow][:, dofs])
+        motion = np.asarray(record.vehicle)[:n, dofs]
+        kept = plotted_samples(record, motion, density=MOTION_DENSITY)
+        send_series(stream, "displacement", looks, clock.at(kept), 1e3 * motion[kept])
     if dofs and record.vehicle_acceleration is not None:
         at, rows = extremes(np.asarray(record.vehicle_acceleration)[:n, dofs], slow)
         send_series(stream, "acceleration", looks, clock.at(at), rows)
@@ -106,10 +122,26 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> N
     if len(unsprung) == record.wheel_count and record.vehicle_acceleration is not None:
         at, rows = extremes(np.asarray(record.vehicle_acceleration)[:n, unsprung], slow)
         send_series(stream, "wheel_acceleration", wheels, clock.at(at), rows)
+    return overview
 
 
-def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> None:
-    """Send the contact lanes, the log of events, and a mark on the force plot for each."""
+def _deflection(
+    stream: rr.RecordingStream,
+    layer: str,
+    wheels: Sequence[tuple[str, palette.Colour]],
+    clock: Clock,
+    record: RunRecord,
+    samples: Samples,
+    under: Array | None,
+) -> None:
+    """Send the deflection of a layer under the wheels [m], shape (sample, wheel); nothing where it is not known."""
+    if under is not None:
+        send_series(stream, f"{layer}_deflection", wheels, clock.at(samples), 1e3 * under)
+        send_range(stream, f"{layer}_deflection", clock, record, 1e3 * under)
+
+
+def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock, plots: Collection[str]) -> None:
+    """Send the contact lanes, the log of events, and a mark on the plots of forces for each."""
     ends = float(record.time[0]), float(record.time[record.samples - 1])
     for j in range(record.wheel_count):
         mine = [event for event in record.events if event.wheel == j]
@@ -117,5 +149,5 @@ def _contact(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> Non
     colours = [palette.wheel_colour(event.wheel) for event in record.events]
     last = "diverged" if record.properties.get("status") == "diverged" else "end"
     send_events(stream, record.events, clock, ends=ends, colours=colours, last=last)
-    for plot in sorted({"force", force_overview(record)}):
+    for plot in sorted(plots):
         send_marks(stream, plot, record.events, clock)
