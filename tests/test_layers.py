@@ -18,6 +18,7 @@ HOMES = {
     "rerun": ("tbatch.view.timeline",),
     "matplotlib": ("tbatch.view",),
     "pyyeti": ("tbatch.physics.substructure.nastran",),
+    "threadpoolctl": ("tbatch.numerics.one_thread",),
 }
 """The only modules that may import a package, inside functions too."""
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from tbatch.numerics.factorization import FactorisedTrack, factorise
 from tbatch.numerics.initial import StaticTrack
+from tbatch.numerics.one_thread import one_blas_thread
 from tbatch.numerics.run_inputs import VehicleTables
 from tbatch.numerics.sparse_factorization import FactorisedSparse
 from tbatch.numerics.two_step import EQUAL_SPLITTING, TwoStep
@@ -37,6 +38,7 @@ class Model:
     ground: StaticTrack = field(repr=False)
 
     @classmethod
+    @one_blas_thread
     def build(
         cls,
         vehicle: Vehicle,
@@ -111,6 +113,7 @@ class Model:
             return 0.0
         return 1.0 / (6.0 * EI * (1.0 if self.track.imported is not None else self.track.element_length**3))
 
+    @one_blas_thread
     def with_step(self, step: float) -> "Model":
         """The same model with another step."""
         scheme = replace(self.scheme, step=step)
@@ -118,6 +121,7 @@ class Model:
             self, scheme=scheme, factor=factorise(self.track, scheme), tables=VehicleTables.of(self.vehicle, scheme)
         )
 
+    @one_blas_thread
     def with_vehicle(self, vehicle: Vehicle, contact: Contact) -> "Model":
         """The same model with another vehicle and contact, such as a run's own.
 

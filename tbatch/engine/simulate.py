@@ -19,6 +19,7 @@ from tbatch.engine.rows import LANES
 from tbatch.engine.runs import Runs, SaveAt, State
 from tbatch.engine.tables import imported_tables, kernel_tables
 from tbatch.numerics.initial import InitialState
+from tbatch.numerics.one_thread import one_blas_thread
 from tbatch.numerics.run_inputs import RunInputs
 
 LANDING_WINDOW = 5e-3
@@ -29,6 +30,7 @@ MEMORY_SHARE = 0.25
 """Share of the available memory that a batch may take if no limit is given."""
 
 
+@one_blas_thread
 def simulate(
     model: Model,
     runs: Runs,

@@ -15,6 +15,7 @@ from tbatch.methods.tally import ForceHistory, columns, events
 from tbatch.numerics.coupled import CoupledSystem
 from tbatch.numerics.coupled_run import Method
 from tbatch.numerics.initial import InitialState, StaticTrack, given_state, rest_state, static_state
+from tbatch.numerics.one_thread import one_blas_thread
 from tbatch.numerics.run_inputs import RunInputs, VehicleTables
 from tbatch.numerics.two_step import TwoStep
 from tbatch.numerics.window import Window
@@ -30,6 +31,7 @@ LANDING_WINDOW = 5e-3
 """As the engine's [s]."""
 
 
+@one_blas_thread
 def prepare(
     vehicle: Vehicle,
     track: Line,
@@ -92,6 +94,7 @@ def _initial(initial: str | State, inputs: RunInputs, ground: StaticTrack) -> In
     return rest_state(inputs, ground) if initial == "rest" else static_state(inputs, ground)
 
 
+@one_blas_thread
 def carry_out(
     system: CoupledSystem, make: Callable[[], Method], steps: int, step: float, save: SaveAt | None
 ) -> MethodResult:

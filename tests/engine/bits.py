@@ -1,7 +1,7 @@
 """The case whose bits must never depend on the company, and what each of its runs gives, as a digest.
 
 Run as a script it prints the digests of all runs, one a line, for a comparison between processes:
-`python bits.py THREADS COUNT`.
+`python bits.py THREADS COUNT`, or of coaches on slab track `python bits.py THREADS COUNT coach`.
 """
 
 import hashlib
@@ -48,6 +48,15 @@ def simulated(numbers: Sequence[int], **options) -> Result:
     return simulate(of, runs, duration, save=SaveAt(2.0 * of.step, CHANNELS, (4.4, 6.1)), **options)
 
 
+def coaches(numbers: Sequence[int], **options) -> Result:
+    """Simulate coaches on slab track; every second one's primary suspension is its own."""
+    of = model("coach", "slab")
+    own = [Vehicle.coach("seed-multiwheel", primary=(1.8e6 + 1e4 * n, 2e4)) if n % 2 else of.vehicle for n in numbers]
+    rough = [corrugation(0.5e-3, 0.37 * n) for n in numbers]
+    save = SaveAt(2.0 * of.step, ("contact_force", "vehicle", "slab_under_wheel"))
+    return simulate(of, Runs([70.0] * len(own), rough, 24.0, vehicle=own), 120 * of.step, save=save, **options)
+
+
 def digests(result: Result) -> list[str]:
     """SHA-256 of everything that each run gave."""
     logs: dict[int, list[tuple]] = {}
@@ -66,4 +75,5 @@ def digests(result: Result) -> list[str]:
 
 
 if __name__ == "__main__":
-    print(*digests(simulated(range(int(sys.argv[2])), threads=int(sys.argv[1]))), sep="\n")
+    chosen = coaches if sys.argv[3:] == ["coach"] else simulated
+    print(*digests(chosen(range(int(sys.argv[2])), threads=int(sys.argv[1]))), sep="\n")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bits import case, digests, simulated
+from bits import case, coaches, digests, simulated
 from engine_cases import corrugation, model
 
 from tbatch.engine.footprint import bytes_per_run
@@ -25,12 +25,12 @@ def together():
     return digests(simulated(range(COUNT)))
 
 
-def in_a_fresh_process(threads: int, count: int = COUNT, **variables: str) -> list[str]:
+def in_a_fresh_process(threads: int, count: int = COUNT, *which: str, **variables: str) -> list[str]:
     """Digests from a process of their own."""
     here = Path(__file__).parent
     path = os.pathsep.join(entry for entry in sys.path if entry)
     child = subprocess.run(
-        [sys.executable, str(here / "bits.py"), str(threads), str(count)],
+        [sys.executable, str(here / "bits.py"), str(threads), str(count), *which],
         env={**os.environ, "PYTHONPATH": path, **variables},
         stdin=subprocess.DEVNULL,
         capture_output=True,
@@ -110,6 +110,15 @@ def test_a_fresh_process_gives_the_same_bits_with_one_and_with_two_threads(toget
 def test_threads_may_change_within_a_process(together):
     assert digests(simulated(range(COUNT), threads=2)) == together
     assert digests(simulated(range(COUNT), threads=1)) == together
+
+
+@pytest.mark.parametrize("blas_threads", ["1", "2", "4"])
+def test_the_threads_of_the_linear_algebra_library_do_not_show(blas_threads):
+    """Such as on a Dask worker, whose nanny allows one: the host's inverses had other bits with two."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    fresh = in_a_fresh_process(1, 6, "coach", **dict.fromkeys(names, blas_threads))
+    assert fresh == digests(coaches(range(6), threads=1))
+    assert len(set(fresh)) == 6
 
 
 def test_the_scalar_fallback_gives_the_same_bits(together):

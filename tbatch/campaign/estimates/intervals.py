@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tbatch.numerics.one_thread import one_blas_thread
 from tbatch.physics.streams import stream
 
 CONFIDENCE = 0.95
@@ -105,6 +106,7 @@ def groups_of(count: int) -> NDArray[np.int64]:
     return np.arange(count) * min(count, MOST_GROUPS) // max(count, 1)
 
 
+@one_blas_thread
 def resampled_sums(columns: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sums of columns over runs drawn with replacement.
 
