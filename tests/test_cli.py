@@ -254,6 +254,8 @@ def test_what_comes_later_is_known_and_refused(arguments):
         (["stats", "no-such-folder"], "no-such-folder"),
         (["list", "wheels"], "vehicles"),
         (["run", "quick", "--out", "/proc/nowhere"], "/proc/nowhere"),
+        (["methods", "quick", "--steps", ""], "--steps: '' is no time"),
+        (["methods", "quick", "--reference", "3 kg"], "--reference: '3 kg' is no time"),
     ],
 )
 def test_bad_usage_leaves_with_2_and_a_message(arguments, said):

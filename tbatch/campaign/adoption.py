@@ -1,6 +1,6 @@
 """Shard files that no manifest names: left by a process killed between writing them and saying so."""
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -65,11 +65,10 @@ def adopt(
 
 def stray_entry(paths: dict[str, Path], campaign: str, shard: Shard) -> dict[str, Any]:
     """The manifest's entry of a stray shard; StoreDamaged if it is not whole."""
+    _refuse_foreign(paths.values(), campaign)
     tables = {kind: read_table(path) for kind, path in paths.items()}
     for kind, path in paths.items():
-        said = {key.decode(): value.decode() for key, value in (tables[kind].schema.metadata or {}).items()}
-        if said.get("tbatch.campaign", campaign) != campaign:
-            raise ForeignShard(f"{path}: a shard of another campaign")
+        said = _said(tables[kind])
         if said != shard_metadata(campaign, shard, kind):
             raise StoreDamaged(f"{path}: it is {said.get('tbatch.kind')} of {said.get('tbatch.shard')}")
     runs = tables["runs"]
@@ -80,6 +79,21 @@ def stray_entry(paths: dict[str, Path], campaign: str, shard: Shard) -> dict[str
         "diverged": int(np.count_nonzero(runs["status"].to_numpy())),
         "files": {kind: _file_entry(path, tables[kind]) for kind, path in paths.items()},
     }
+
+
+def _refuse_foreign(paths: Iterable[Path], campaign: str) -> None:
+    """ForeignShard if any of the files is of another campaign, whatever became of those beside it."""
+    for path in paths:
+        try:
+            said = _said(read_table(path, columns=()))
+        except StoreDamaged:  # missing or cut: said so when all are read
+            continue
+        if said.get("tbatch.campaign", campaign) != campaign:
+            raise ForeignShard(f"{path}: a shard of another campaign")
+
+
+def _said(table: pa.Table) -> dict[str, str]:
+    return {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
 
 
 def _file_entry(path: Path, table: pa.Table) -> dict[str, Any]:

@@ -27,7 +27,7 @@ TASKS_A_WORKER = 6  # few enough to share surfaces between speeds, many enough t
 RETRIES = 2
 LOOK_EVERY = 0.2  # s between two looks whether somebody wants to stop
 
-_ADDRESS = re.compile(r"dask://([^/\s]+:\d{1,5})/?", re.ASCII)
+_ADDRESS = re.compile(r"dask://((?:[^/\s:.]+\.)*[^/\s:.]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})/?", re.ASCII)
 
 
 class Cluster(Protocol):
@@ -44,15 +44,16 @@ class Dask:
     def __init__(self, address: str) -> None:
         """Takes ``dask://HOST:PORT``; ValueError for anything else, ClusterUnusable where Dask is not installed."""
         match = _ADDRESS.fullmatch(address)
-        if match is None:
+        if match is None or not 1 <= int(match[2]) <= 65535:
             raise ValueError(
-                f"--executor {address!r}: local or dask://HOST:PORT is needed, such as dask://10.0.0.1:8786"
+                f"--executor {address!r}: local or dask://HOST:PORT is needed, such as dask://10.0.0.1:8786,"
+                " with a port of 1 to 65535"
             )
         try:
             import distributed  # noqa: F401
         except ImportError as error:
             raise ClusterUnusable("Dask is not installed: pip install 'tbatch[dask]'") from error
-        self.address = f"tcp://{match[1]}"
+        self.address = f"tcp://{match[1]}:{match[2]}"
 
     def simulate(self, campaign: "Campaign", missing: Sequence[Shard], report: Report, message: Message) -> None:
         """Simulates and stores shards; see ``Cluster``."""

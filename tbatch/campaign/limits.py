@@ -12,9 +12,11 @@ from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import ANY_WHEELSET, Estimate
 from tbatch.campaign.estimates.estimate import shown as number
 from tbatch.campaign.summary import KMH
-from tbatch.scenario.errors import Findings, Problem, ScenarioError, did_you_mean, shown
+from tbatch.scenario.errors import Findings, Problem, ScenarioError, did_you_mean, dotted, shown
+from tbatch.scenario.fields import kind_of
 from tbatch.scenario.limits import (
     LIMITABLE,
+    Allowed,
     DivergedLimit,
     Limit,
     LimitsSection,
@@ -22,7 +24,7 @@ from tbatch.scenario.limits import (
     gather_limits,
     limits_of,
 )
-from tbatch.scenario.source import parse_override
+from tbatch.scenario.source import parse_override, set_value
 
 _ACCEPTED = "the names that tbatch stats --all lists"
 
@@ -56,10 +58,8 @@ def stored_limits(campaign: Campaign, overrides: Iterable[str] = ()) -> Diverged
         if path[0] != "limits" or len(path) < 2:
             problems.append(Problem(path, "is no limit: only limits can be changed afterwards", accepted="limits...."))
             continue
-        table = tables
-        for key in path[:-1]:
-            table = table.setdefault(str(key), {})
-        table[str(path[-1])] = value
+        if (blocked := set_value(tables, path, value)) is not None:
+            problems.append(Problem(path, f"cannot be set: {dotted(blocked)} is not a table with such an entry"))
     try:
         section = LimitsSection.model_validate(gather_limits(tables["limits"]))
     except ValidationError as error:
@@ -69,7 +69,12 @@ def stored_limits(campaign: Campaign, overrides: Iterable[str] = ()) -> Diverged
                 name = str(detail["loc"][0])
                 problems.append(Problem(path, f"is no estimate{did_you_mean(name, LIMITABLE)}", accepted=_ACCEPTED))
             else:
-                told, accepted = said.get("message", detail["msg"]), said.get("accepted")
+                told, accepted = said.get("message"), said.get("accepted")
+                if told is None:  # pydantic's own: a key that is not known, or a value where a table belongs
+                    table = Allowed if path[1] == "diverged" else Limit
+                    unknown = detail["type"] == "extra_forbidden"
+                    told = "is not a known key" if unknown else f"is {kind_of(detail['input'])}, not a table"
+                    accepted = ", ".join(table.model_fields)
                 problems.append(Problem(path, told, shown(detail["input"]), accepted))
         raise ScenarioError(problems) from error
     findings = Findings()

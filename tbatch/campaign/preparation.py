@@ -20,7 +20,7 @@ from tbatch.campaign.part import PARTS, Part, part_manifests
 from tbatch.campaign.provenance import decisive, processor, versions
 from tbatch.campaign.records import KINDS
 from tbatch.campaign.shards import Shard
-from tbatch.campaign.store import RECORDINGS, RESOLVED_NAME, SCENARIO_NAME, Message, Store
+from tbatch.campaign.store import RECORDINGS, RESOLVED_NAME, SCENARIO_NAME, Message, Store, read_manifests
 
 
 def prepare(
@@ -34,7 +34,7 @@ def prepare(
     if part is None:  # a part's neighbours are writing
         for place in [*places, folder / PARTS]:
             remove_leftovers(place)
-    store = _opened(folder, given)
+    store = _opened(folder, given, message)
     if part is not None:
         store.own = Manifest.read(folder, part.manifest_name) or Manifest(store.manifest.campaign)
         store.own_name = part.manifest_name
@@ -82,7 +82,20 @@ def refuse_if_changed(folder: Path, stored: Mapping[str, Any], given: Mapping[st
         )
 
 
-def _opened(folder: Path, given: dict[str, Any]) -> Store:
+def _opened(folder: Path, given: dict[str, Any], message: Message) -> Store:
+    """The store as it stands; a lost document is the given scenario's, if that is the manifest's campaign."""
+    lost = [name for name in (SCENARIO_NAME, RESOLVED_NAME) if not (folder / name).exists()]
+    manifest = read_manifests(folder) if lost else None
+    if manifest is not None and manifest.documents:
+        if RESOLVED_NAME not in lost:
+            refuse_if_changed(folder, Store.open(folder, lost=lost).resolved, given)
+        if identity(given) != manifest.campaign:
+            raise ScenarioChanged(
+                f"folder {folder} holds a campaign of another scenario; which keys differ cannot be said without its"
+                f" {RESOLVED_NAME}. Choose another folder with --out, or give the scenario that it was run with."
+            )
+        message(f"missing, written again from the scenario given: {', '.join(str(folder / name) for name in lost)}")
+        return Store(folder, given, manifest)
     if (folder / RESOLVED_NAME).exists() or (folder / MANIFEST_NAME).exists() or part_manifests(folder):
         store = Store.open(folder)
         refuse_if_changed(folder, store.resolved, given)
@@ -110,9 +123,9 @@ def _write_documents(store: Store, source: str, resolved: dict[str, Any]) -> Non
     texts = {SCENARIO_NAME: source.encode(), RESOLVED_NAME: json.dumps(resolved, indent=1).encode()}
     new = {name: [hash_of(data)] for name, data in texts.items()}
     own, old = store.own, store.manifest.documents
-    if own.documents == new:
-        return
     differing = [name for name, data in texts.items() if not _holds(store.folder / name, data)]
+    if own.documents == new and not differing:
+        return
     if differing and old:
         own.documents = {name: [*new[name], *old.get(name, [])] for name in new}
         store.save()

@@ -42,7 +42,7 @@ STATISTICS_SCHEMA = pa.schema(
         ("case", pa.int32()),  # index of the speed
         ("speed", pa.float64()),  # m/s
         ("wheel", pa.int32()),  # 1 is the front wheelset, 0 is any wheelset
-        ("runs", pa.int64()),  # runs that count: all but the diverged
+        ("runs", pa.int64()),  # runs that count: all in which the wheelset is evaluated, but the diverged
         ("diverged", pa.int64()),
         ("separated_runs", pa.int64()),  # runs with at least one separation
         ("probability", pa.float64()),  # separated_runs / runs, per run of the evaluated length
@@ -81,10 +81,13 @@ def separation_statistics(tables_of: TablesOf, speeds: Sequence[float], wheels: 
         wheel = {name: table[name].to_numpy() for name in WHEEL_COLUMNS}
         diverged = run["status"] != 0
         sound = ~np.isin(wheel["sample"], run["sample"][diverged])
-        count, lengths = int(np.count_nonzero(~diverged)), run["evaluated_length"]
+        lengths = run["evaluated_length"]
+        # A wheelset that is too far behind to be evaluated has not shown that it keeps contact.
+        sound &= wheel["evaluated_time"] > 0.0
         for number in wheels:
             chosen = sound if number == ANY_WHEELSET else sound & (wheel["wheel"] == number)
             part = {name: column[chosen] for name, column in wheel.items()}
+            count = len(np.unique(part["sample"]))
             separated = len(np.unique(part["sample"][part["separations"] > 0]))
             low, high = exact_interval(separated, count)
             rows.append(

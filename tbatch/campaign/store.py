@@ -9,7 +9,7 @@ Reading needs no lock. Whoever writes must hold the folder's lock.
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +48,13 @@ class Store:
         self.own_name = MANIFEST_NAME
 
     @classmethod
-    def open(cls, folder: Path) -> "Store":
-        """Reads a campaign folder. FolderUnusable if it is none, StoreDamaged if its documents do not fit together."""
+    def open(cls, folder: Path, *, lost: Container[str] = ()) -> "Store":
+        """Reads a campaign folder. FolderUnusable if it is none, StoreDamaged if its documents do not fit together.
+
+        Args:
+            folder: The folder.
+            lost: Names of documents that may be missing: they are about to be written again.
+        """
         folder = Path(folder)
         manifest = read_manifests(folder)
         path = folder / RESOLVED_NAME
@@ -59,13 +64,13 @@ class Store:
         try:
             resolved = json.loads(data)
             found = identity(resolved)
-            run_count(resolved)
+            _read_through(resolved)
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise StoreDamaged(f"{path}: not a resolved scenario ({error})") from error
         if manifest is None:
             return cls(folder, resolved, Manifest(found))
         damage = [f"{path}: not the scenario of {MANIFEST_NAME}"] if found != manifest.campaign else []
-        damage += _document_damage(folder, manifest)
+        damage += _document_damage(folder, manifest, lost)
         if damage:
             raise StoreDamaged(damage)
         return cls(folder, resolved, manifest)
@@ -251,9 +256,20 @@ def write_shard(folder: Path, campaign: str, shard: Shard, tables: Mapping[str, 
     return {"runs": len(shard), "diverged": diverged, "files": files}
 
 
-def _document_damage(folder: Path, manifest: Manifest) -> list[str]:
+def _read_through(resolved: Mapping[str, Any]) -> None:
+    """Reads what every reader needs of a resolved scenario: without a manifest nothing else vouches for it."""
+    run_count(resolved)
+    for table, key in (("campaign", "name"), ("campaign", "seed"), ("contact", "law"), ("vehicle", "rails")):
+        resolved[table][key]
+    for number in (resolved["integration"]["step"], *resolved["speed"]["values"]):
+        float(number)
+
+
+def _document_damage(folder: Path, manifest: Manifest, lost: Container[str]) -> list[str]:
     damage = []
     for name, accepted in manifest.documents.items():
+        if name in lost:
+            continue
         try:
             if hash_of(read_bytes(folder / name)) not in accepted:
                 damage.append(f"{folder / name}: its content is not what was written (SHA-256 differs)")

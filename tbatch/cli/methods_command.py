@@ -50,9 +50,9 @@ def methods(
         start=float(runs.start[0]),
         duration=float(durations[0]),
     )
-    names = [name.strip() for name in only.split(",")] if only else list(METHODS)
-    ladder = _parsed(steps) if steps else LADDER
-    fine = _parsed(reference)[0] if reference else None
+    names = [name.strip() for name in only.split(",")] if only is not None else list(METHODS)
+    ladder = _parsed(steps, "--steps") if steps is not None else LADDER
+    fine = _parsed(reference, "--reference")[0] if reference is not None else None
     comparison = compare(compared, steps=ladder, methods=names, direct=direct, reference_step=fine, progress=say)
     folder = out or Path("results") / f"{loaded.name}-methods"
     written = save_comparison(comparison, folder)
@@ -76,7 +76,7 @@ def methods(
     say("wrote " + ", ".join(str(path) for path in written))
 
 
-def _parsed(steps: str) -> tuple[float, ...]:
+def _parsed(steps: str, option: str) -> tuple[float, ...]:
     """Steps [s] from a list such as "1 ms, 1e-4"."""
     from tbatch.scenario.units import UnitError, to_si
 
@@ -86,9 +86,9 @@ def _parsed(steps: str) -> tuple[float, ...]:
             step = to_si(text.strip(), "s") if any(map(str.isalpha, text.strip()[-1:])) else float(text)
         except (UnitError, ValueError):
             raise ValueError(
-                f"--steps: {text.strip()!r} is no time; accepted are such as '0.1 ms' or 1e-4 [s]"
+                f"{option}: {text.strip()!r} is no time; accepted are such as '0.1 ms' or 1e-4 [s]"
             ) from None
         if not 1e-7 <= step <= 1e-2:
-            raise ValueError(f"--steps: {step:g} s is out of range; accepted are 1e-7 to 1e-2 s")
+            raise ValueError(f"{option}: {step:g} s is out of range; accepted are 1e-7 to 1e-2 s")
         found.append(step)
     return tuple(found)

@@ -86,7 +86,8 @@ def place(
 ) -> list[Problem]:
     """Add to each problem the file and line of its key.
 
-    A key that is not in the file gets the line of the table it would stand in; an overridden one the option's name.
+    A key that is not in the file gets the line of the table it would stand in; an overridden one, or a table that only
+    an override made, the option's name.
 
     Args:
         problems: Problems with their paths.
@@ -98,7 +99,8 @@ def place(
     placed = []
     for problem in problems:
         path = problem.path
-        if any(path[: len(given)] == given for given in overridden):
+        made = path and path not in lines and any(given[: len(path)] == path for given in overridden)
+        if made or any(path[: len(given)] == given for given in overridden):
             placed.append(replace(problem, file="--set"))
             continue
         while path and path not in lines:

@@ -19,7 +19,7 @@ from tbatch.scenario.limits import DivergedLimit
 from tbatch.scenario.load import Loaded, load
 from tbatch.scenario.matrices import FILES
 from tbatch.scenario.positions import key_lines
-from tbatch.scenario.source import Source, parse_override
+from tbatch.scenario.source import Source, parse_override, set_value
 from tbatch.scenario.track import build_track
 from tbatch.scenario.vary import varied_section
 from tbatch.scenario.vehicle import build_vehicle
@@ -93,7 +93,7 @@ class Scenario:
                 problems += error.problems
                 continue
             given[_place(path)] = text
-            if (blocked := _set(tables, path, value)) is not None:
+            if (blocked := set_value(tables, path, value)) is not None:
                 problems.append(
                     Problem(path, f"cannot be set: {dotted(blocked)} is not a table with such an entry", file="--set")
                 )
@@ -269,24 +269,3 @@ def _without_null(schema: Any) -> Any:
 def _place(path: Path) -> Path:
     """Return the path as problems name it: entries of lists by number."""
     return tuple(int(key) if isinstance(key, str) and key.isdecimal() and len(key) < 6 else key for key in path)
-
-
-def _set(tables: dict[str, Any], path: Path, value: Any) -> Path | None:
-    """Set a value in nested tables; return the path of what stands in the way, if anything does.
-
-    A number picks an entry of a list, from 0: ``irregularity.defect.0.depth``.
-    """
-    table: Any = tables
-    for count, key in enumerate(path, start=1):
-        place: Any = key
-        if isinstance(table, list):
-            if not (isinstance(key, str) and key.isdecimal() and int(key) < len(table)):
-                return path[: count - 1]
-            place = int(key)
-        elif not isinstance(table, dict):
-            return path[: count - 1]
-        if count == len(path):
-            table[place] = value
-        else:
-            table = table[place] if isinstance(table, list) else table.setdefault(place, {})
-    return None

@@ -6,7 +6,9 @@ import typing
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeVar
 
+from annotated_types import MaxLen, MinLen
 from pydantic import BaseModel, ConfigDict
+from pydantic.fields import FieldInfo
 
 from tbatch.scenario.errors import Findings, did_you_mean
 from tbatch.scenario.fields import BedQuantity, Field, Quantity
@@ -138,9 +140,28 @@ def accepted_at(
             return None
         field = model.model_fields[key]
         if count == len(keys):
-            return next((kind.accepts(context) for kind in field.metadata if isinstance(kind, Field)), None)
+            said = next((kind.accepts(context) for kind in field.metadata if isinstance(kind, Field)), None)
+            return said or _accepted_list(field, context)
         model = inner_section(field.annotation)
     return None
+
+
+def _accepted_list(field: FieldInfo, context: Mapping[str, Any] | None) -> str | None:
+    """Return how long a list may be and what its entries may be; None for what is no list."""
+    entry = _entry_kind(field.annotation)
+    most = next((limit.max_length for limit in field.metadata if isinstance(limit, MaxLen)), None)
+    if most is None:
+        return None
+    least = next((limit.min_length for limit in field.metadata if isinstance(limit, MinLen)), 0)
+    count = f"{most}" if least == most else f"{least} to {most}"
+    return f"a list of {count}" + (f", each {entry.accepts(context)}" if entry else "")
+
+
+def _entry_kind(annotation: Any) -> Field | None:
+    """Return the kind of value within an annotation such as ``tuple[Annotated[float, Quantity(...)], ...] | None``."""
+    if typing.get_origin(annotation) is Annotated:
+        return next((kind for kind in annotation.__metadata__ if isinstance(kind, Field)), None)
+    return next((kind for part in typing.get_args(annotation) if (kind := _entry_kind(part))), None)
 
 
 def inner_section(annotation: Any) -> type[BaseModel] | None:

@@ -120,6 +120,27 @@ def parse_override(text: str) -> tuple[Path, Any]:
     return path, parsed["value"] if set(parsed) == {"value"} else value.strip()
 
 
+def set_value(tables: dict[str, Any], path: Path, value: Any) -> Path | None:
+    """Set a value in nested tables; return the path of what stands in the way, if anything does.
+
+    A number picks an entry of a list, from 0: ``irregularity.defect.0.depth``.
+    """
+    table: Any = tables
+    for count, key in enumerate(path, start=1):
+        place: Any = key
+        if isinstance(table, list):
+            if not (isinstance(key, str) and key.isdecimal() and int(key) < len(table)):
+                return path[: count - 1]
+            place = int(key)
+        elif not isinstance(table, dict):
+            return path[: count - 1]
+        if count == len(path):
+            table[place] = value
+        else:
+            table = table[place] if isinstance(table, list) else table.setdefault(place, {})
+    return None
+
+
 def _missing(path: FilePath, file: str) -> Problem:
     if path.exists():
         return Problem((), "is a folder" if path.is_dir() else "is not a file", None, "a scenario file", file)

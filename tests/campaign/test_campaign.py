@@ -19,8 +19,9 @@ from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.faults import FolderInUse, FolderUnusable, Interrupted, OutOfSpace, ScenarioChanged, StoreDamaged
 from tbatch.campaign.lock import FolderLock
 from tbatch.campaign.manifest import MANIFEST_NAME
+from tbatch.campaign.part import Part
 from tbatch.campaign.run import run
-from tbatch.campaign.store import Store
+from tbatch.campaign.store import RESOLVED_NAME, SCENARIO_NAME, Store
 
 
 def toy_run(folder, scenario=None, **options):
@@ -187,6 +188,41 @@ def test_a_shard_of_another_campaign_is_refused_and_not_removed(tmp_path):
     with pytest.raises(StoreDamaged, match=f"{name}: a shard of another campaign"):
         toy_run(tmp_path / "one")
     assert (tmp_path / "one" / "runs" / name).exists()
+
+
+def test_a_file_of_another_campaign_is_not_removed_even_if_those_beside_it_are_missing(tmp_path):
+    toy_run(tmp_path / "one")
+    toy_run(tmp_path / "other", ToyScenario(seed=8, samples=150))
+    name = "c00-s000128-000150.parquet"
+    (tmp_path / "other" / "runs" / name).replace(tmp_path / "one" / "runs" / name)
+    with pytest.raises(StoreDamaged, match=f"{name}: a shard of another campaign"):
+        toy_run(tmp_path / "one", ToyScenario(samples=150))
+    assert (tmp_path / "one" / "runs" / name).exists()
+
+
+@pytest.mark.parametrize("lost", [(SCENARIO_NAME,), (RESOLVED_NAME,), (SCENARIO_NAME, RESOLVED_NAME)])
+@pytest.mark.parametrize("part", [None, Part(0, 2)])
+def test_a_lost_document_is_written_again_by_running_and_refused_by_reading(tmp_path, undisturbed, lost, part):
+    toy_run(tmp_path)
+    texts = {name: (tmp_path / name).read_bytes() for name in lost}
+    for name in lost:
+        (tmp_path / name).unlink()
+    with pytest.raises(StoreDamaged, match=f"{lost[-1]}: missing"):
+        Store.open(tmp_path)
+    with pytest.raises(ScenarioChanged, match="another scenario"):
+        toy_run(tmp_path, ToyScenario(seed=8), part=part)
+    executor, said = ToyExecutor(ToyScenario()), []
+    toy_run(tmp_path, executor=executor, part=part, message=said.append)
+    assert executor.asked == []
+    assert {name: (tmp_path / name).read_bytes() for name in lost} == texts
+    assert lost[-1] in said[0]
+    assert contents(reread(tmp_path)) == undisturbed
+
+
+def test_a_resolved_scenario_without_what_readers_need_is_damage(tmp_path):
+    (tmp_path / RESOLVED_NAME).write_text('{"campaign": {"runs": 3}}')
+    with pytest.raises(StoreDamaged, match="not a resolved scenario"):
+        Store.open(tmp_path)
 
 
 def test_a_missing_file_is_redone_by_running_and_refused_by_reading(tmp_path, undisturbed):

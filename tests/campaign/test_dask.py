@@ -227,7 +227,19 @@ def test_no_scheduler_is_said_with_its_address(tmp_path, monkeypatch):
         run(short(), out=tmp_path, cluster=Dask("dask://127.0.0.1:9"))
 
 
-@pytest.mark.parametrize("address", ["dask://", "dask://host", "dask:host:1", "tcp://host:1", "dask://host:1/x", "ray"])
+@pytest.mark.parametrize(
+    "address",
+    [
+        "dask://",
+        "dask://host",
+        "dask:host:1",
+        "tcp://host:1",
+        "dask://host:1/x",
+        "dask://a..b:1",
+        "dask://host:65536",
+        "ray",
+    ],
+)
 def test_what_is_no_executor_is_refused(address):
     with pytest.raises(ValueError, match="dask://HOST:PORT is needed"):
         Dask(address)

@@ -27,14 +27,14 @@ def records(forces, events=(), status=None, cases=1, varied=None):
     ratio = np.tile(forces.ravel(), cases)
     bins = np.zeros((len(ratio), 101), int)
     bins[:, 20] = 900
-    bins[np.arange(len(ratio)), np.minimum((ratio / 0.05).astype(int), 100)] += 100
+    bins[np.arange(len(ratio)), np.minimum((np.nan_to_num(ratio) / 0.05).astype(int), 100)] += 100
     wheel_table = pa.table(
         {
             **per_wheel,
             "wheel": np.tile(np.arange(1, wheels + 1), runs * cases),
             "static_load": np.full(len(ratio), 1e5),
-            "evaluated_time": np.ones(len(ratio)),
-            "evaluated_distance": np.full(len(ratio), 50.0),
+            "evaluated_time": np.where(np.isnan(ratio), 0.0, 1.0),
+            "evaluated_distance": np.where(np.isnan(ratio), 0.0, 50.0),
             "separations": np.tile(count.ravel(), cases),
             "separated_time": np.tile(count.ravel(), cases) * 1e-3,
             "longest": np.zeros(len(ratio)),
@@ -187,3 +187,13 @@ def test_a_campaign_gives_its_estimates(tmp_path):
         columns = ("probability",) if name == "probability" else ("separations_per_km",)
         one = found[f"separation.{name}"]
         assert (one.value, one.low, one.high) == tuple(row[columns[0] + end] for end in ("", "_low", "_high"))
+
+
+def test_a_wheelset_that_is_never_evaluated_has_no_estimates():
+    forces = np.array([[1.5, np.nan], [1.6, np.nan], [1.7, np.nan]])
+    whole = records(forces, [(0, 1, 2e-3)])
+    found = by_name(whole.units(0, 2))
+    assert found["separation.probability"].runs == 0
+    assert math.isnan(found["separation.probability"].value)
+    assert (found["separation.probability"].low, found["separation.probability"].high) == (0.0, 1.0)
+    assert by_name(whole.units(0))["separation.probability"].value == pytest.approx(1 / 3)

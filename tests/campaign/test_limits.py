@@ -75,6 +75,22 @@ def test_only_limits_can_be_changed_afterwards_and_all_errors_are_said(campaign)
     assert 'did you mean "separation.probability"?' in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("limits.diverged.max.x=3", "limits.diverged.max.x: cannot be set: limits.diverged.max is not a table"),
+        ('limits."separation.probability"=3', "is a whole number, not a table; accepted: max, min, bound"),
+        ("limits.diverged=3", "is a whole number, not a table; accepted: max"),
+        ('limits."separation.probability".most=3', "most = 3: is not a known key; accepted: max, min, bound"),
+    ],
+)
+def test_a_change_that_is_no_limit_says_what_is_one(campaign, change, said):
+    campaign.store.resolved["limits"] = {"diverged": {"max": 1}}
+    with pytest.raises(ScenarioError) as caught:
+        stored_limits(campaign, [change])
+    assert said in str(caught.value)
+
+
 def test_an_incomplete_campaign_does_not_pass(campaign):
     campaign.store.resolved["campaign"]["runs"] = 120
     complete, *_ = judge(campaign, stored_limits(campaign))

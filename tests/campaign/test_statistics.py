@@ -84,6 +84,19 @@ def test_diverged_runs_are_left_out_of_everything_and_counted():
     assert first["evaluated_distance"] == 80.0
 
 
+def test_a_wheelset_that_is_never_evaluated_has_not_shown_that_it_keeps_contact():
+    runs, wheels = tables([[1, 0], [0, 0], [0, 0]])
+    for name in ("evaluated_time", "evaluated_distance"):
+        column = np.where(wheels["wheel"].to_numpy() == 2, 0.0, wheels[name].to_numpy())
+        wheels = wheels.set_column(wheels.column_names.index(name), name, pa.array(column))
+    first, second = rows_of(runs, wheels, [50.0])
+    assert (first["runs"], second["runs"]) == (3, 0)
+    assert math.isnan(second["probability"])
+    assert (second["probability_low"], second["probability_high"]) == (0.0, 1.0)
+    (any_wheelset,) = rows_of(runs, wheels, [50.0], any_wheelset=True)
+    assert (any_wheelset["runs"], any_wheelset["separated_runs"]) == (3, 1)
+
+
 def test_a_case_without_runs_says_so_instead_of_failing():
     runs, wheels = tables([[0, 1]])
     rows = rows_of(runs, wheels, [50.0, 60.0])

@@ -54,6 +54,12 @@ def rerun(*arguments) -> int:
     return subprocess.run([str(find_binary()), *map(str, arguments)], capture_output=True, timeout=120).returncode
 
 
+def test_a_recording_is_not_put_into_a_folder_of_its_name(record, tmp_path):
+    with pytest.raises(IsADirectoryError, match=re.escape(str(tmp_path))):
+        write_recording(record, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_recording_verifies_and_is_the_same_when_written_again(record, written, tmp_path):
     again = write_recording(record, tmp_path / "again.rrd")
     assert rerun("rrd", "verify", written, again) == 0

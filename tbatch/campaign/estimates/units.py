@@ -24,7 +24,8 @@ BELOW = "time_below_"
 class Units:
     """The runs of one speed and wheelset, of any wheelset, or the samples of a whole campaign.
 
-    Over several wheels, counts, times, distances and histograms are summed, and the largest and smallest taken.
+    A run in which the wheelset is never evaluated is no unit: it cannot show that contact is kept. Over several wheels,
+    counts, times, distances and histograms are summed, and the largest and smallest taken.
     """
 
     sample: NDArray[np.int64]
@@ -105,6 +106,9 @@ class Records:
             wheel: Wheelset; ``ANY_WHEELSET`` for all of them together.
         """
         kept, key, sample = self._choice(self._wheels, self._wheel_key, case, wheel)
+        if "evaluated_time" in self._wheels:  # a wheelset that never counts has not shown that it keeps contact
+            met = self._wheels["evaluated_time"][kept] > 0.0
+            kept, key, sample = kept[met], key[met], sample[met]
         kept_events, _, event_sample = self._choice(self._events, self._event_key, case, wheel)
         if case == ALL_SPEEDS:
             complete = self._complete_samples()

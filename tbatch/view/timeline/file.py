@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import tempfile
@@ -26,6 +27,8 @@ def recording_file(
         name: Its name in the viewer.
         application: Recordings of one application share a layout in the viewer (rerun 0.41).
     """
+    if path.is_dir():  # else it would be moved into it
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = _partial(path)
     try:
