@@ -183,7 +183,7 @@ def test_an_override_takes_toml_values_and_bare_strings() -> None:
         (["track.model=seed-slab"], "track.model", "rails = 1"),
         (["speed.values=[]"], "speed.values", "a list of 1 to 1000, each 0.1 to 200 m/s"),
         (["speed.values=3"], "speed.values", "a list of 1 to 1000"),
-        (["keep.channels=[]"], "keep.channels", 'a list of 1 to 9, each "contact_force"'),
+        (["keep.channels=[]"], "keep.channels", 'a list of 1 to 11, each "contact_force"'),
         (["speed.values=[30, '108 km/h']"], "speed.values", "each speed once"),
         (["vehicle=3"], "vehicle", "model, carbody_mass"),
         (["campaign.name=../elsewhere"], "campaign.name", "letters"),
