@@ -89,7 +89,7 @@ def complete_keep(keep: Keep, track_kind: str, step: float, cases: int, samples:
         findings: Takes what does not fit.
     """
     layers = {"slab": ("rail", "slab", "base"), "rigid": ()}.get(track_kind, ("rail",))
-    under = ("rail_under_wheel",) if layers else ()
+    under = tuple(f"{layer}_under_wheel" for layer in layers if layer != "base")
     channels = keep.channels
     if channels is None:
         channels = ("contact_force", "vehicle", "vehicle_acceleration", *under, *layers, "irregularity")

@@ -19,8 +19,9 @@ def under_wheels(record: RunRecord, samples: Samples, layer: str = "rail") -> Ar
     Returns:
         None where it is not known.
     """
-    if layer == "rail" and record.rail_under_wheel is not None:
-        return np.asarray(record.rail_under_wheel)[samples]
+    given = getattr(record, f"{layer}_under_wheel", None)
+    if given is not None:
+        return np.asarray(given)[samples]
     values = getattr(record, layer)
     return None if values is None else deflection(record, values, samples, record.wheel_position[samples])
 

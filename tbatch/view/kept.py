@@ -76,9 +76,10 @@ def histories_to_keep(campaign: Campaign) -> SaveAt:
     channels = tuple(dict.fromkeys(("contact_force", *(keep.channels or ()))))
     every = float(keep.every or campaign.step)
     if track.window is not None:
-        # The places of an endless track come and go; the rail under the wheels stays.
+        # The places of an endless track come and go; rail and slab under the wheels stay.
         channels = tuple(name for name in channels if name not in (*LAYERS, "rail_acceleration"))
-        channels = tuple(dict.fromkeys((*channels, "rail_under_wheel")))
+        under = (f"{layer}_under_wheel" for layer in ("rail", "slab") if layer in track.layers)
+        channels = tuple(dict.fromkeys((*channels, *under)))
     layers = sum(name in LAYERS or name == "rail_acceleration" for name in channels)
     if not layers:
         return SaveAt(every, channels)
@@ -142,6 +143,7 @@ def record_of(campaign: Campaign, name: str, result: Result, index: int = 0) -> 
         rail_at=_kept_places(campaign) if layers else None,
         track_time=time[rows] if layers else None,
         rail_under_wheel=channel.get("rail_under_wheel"),
+        slab_under_wheel=channel.get("slab_under_wheel"),
         irregularity=channel.get("irregularity"),
         line=_line(runs.irregularity[0], position[0] - float(vehicle.wheel_offsets.max()), float(position[-1])),
         bay=track.element_length * track.period if track.kind == "slab" else None,

@@ -109,6 +109,8 @@ class RunRecord:
     # base plate deflection at these places [m], shape (row, point)
     rail_under_wheel: Array | None = None
     # rail deflection under each wheel [m], shape (n, wheel); None: interpolated from `rail`
+    slab_under_wheel: Array | None = None
+    # slab deflection under each wheel [m], shape (n, wheel); None: interpolated from `slab`
     irregularity: Array | None = None
     # irregularity that each wheel meets, its own profile included [m], shape (n, wheel)
     line: tuple[Array, Array] | None = None
@@ -141,6 +143,7 @@ class RunRecord:
             "slab": (rows, points),
             "base": (rows, points),
             "rail_under_wheel": (n, wheels),
+            "slab_under_wheel": (n, wheels),
             "irregularity": (n, wheels),
         }
         for name, shape in expected.items():

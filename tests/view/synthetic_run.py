@@ -123,7 +123,7 @@ def synthetic_record(*, seed: int = 3, speed: float = 300 / 3.6, step: float = 1
         name="c03-s000127", campaign="synthetic", title="Coach at 300 km/h on slab track, one dip at 62 m",
         time=time, position=position, wheel_offsets=offsets, static_load=load, contact_force=force,
         vehicle=vehicle, vehicle_acceleration=acceleration, bodies=COACH, wheel_radius=0.46, lift_off=rest,
-        rail_under_wheel=track, rail=rail, rail_at=line, slab=slab, base=0.4 * slab,
+        rail_under_wheel=track, slab_under_wheel=0.3 * track, rail=rail, rail_at=line, slab=slab, base=0.4 * slab,
         irregularity=level, line=(x, r(x)), bay=0.65,
         separations=separations(time, position[:, None] - offsets, force, vehicle[:, 6:], track + level, rest),
         properties={"speed_kmh": speed * 3.6, "seed": seed, "status": "ok",

@@ -138,3 +138,12 @@ def test_what_varies_is_shown_with_the_runs_own_numbers(tmp_path):
         assert record.lift_off[0] == pytest.approx((load / constant) ** (2 / 3), rel=1e-3)
         assert f"carbody z {own['vehicle.carbody_mass']:.6g}"[:14] in record.parameters["vehicle masses"]
         assert record.parameters["irregularity.scale"].startswith(f"{own['irregularity.scale']:.6g} ")
+
+
+def test_on_an_endless_track_rail_and_slab_are_known_under_the_wheels(tmp_path):
+    endless = [*SHORT, "track.length=endless", "campaign.runs=1", 'keep.timelines="none"', "run.distance=2 m"]
+    short = run(Scenario.load("quick", overrides=endless), out=tmp_path)
+    record = record_of(short, "c00-s000000", replay_with_histories(short, ["c00-s000000"]))
+    assert record.rail_at is None
+    ratio = record.slab_under_wheel[0] / record.rail_under_wheel[0]
+    assert ((ratio > 0.4) & (ratio < 0.9)).all()  # at rest a wheelset sinks 0.88 mm with the rail, 0.41 with the slab

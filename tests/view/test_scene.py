@@ -96,6 +96,7 @@ def test_rail_under_the_wheels_follows_from_fixed_places_seldom_saved(record):
     thin = replace(
         record,
         rail_under_wheel=None,
+        slab_under_wheel=None,
         rail_at=record.rail_at[::2],
         track_time=record.time[::10],
         rail=rail[::10, ::2],
@@ -110,7 +111,8 @@ def test_rail_under_the_wheels_follows_from_fixed_places_seldom_saved(record):
 
 def test_what_is_not_known_is_left_out(record):
     bare = replace(record, bodies=(), vehicle=None, vehicle_acceleration=None, lift_off=None, rail=None, rail_at=None,
-                   slab=None, base=None, rail_under_wheel=None, irregularity=None, line=None)  # fmt: skip
+                   slab=None, base=None, rail_under_wheel=None, slab_under_wheel=None, irregularity=None,
+                   line=None)  # fmt: skip
     scene = build_scene(bare)
     assert set(scene.lines) == {"rail"}
     assert scene.bodies == ()

@@ -120,6 +120,7 @@ def test_deflection_irregularity_and_motion_keep_their_peaks(record, content):
     bodies = [body.vertical_dof for body in record.bodies if body.kind != "wheelset"]
     curves = {
         "/rail_deflection": record.rail_under_wheel,
+        "/slab_deflection": record.slab_under_wheel,
         "/irregularity": record.irregularity,
         "/displacement": record.vehicle[:, bodies],
     }
@@ -233,7 +234,8 @@ def test_a_bare_record_of_one_wheel_that_ended_early_is_written(record, tmp_path
     bare = replace(
         record, wheel_offsets=record.wheel_offsets[:1], static_load=record.static_load[:1], contact_force=force,
         bodies=(), vehicle=None, vehicle_acceleration=None, lift_off=None, rail=None, rail_at=None, slab=None,
-        base=None, rail_under_wheel=None, irregularity=None, line=None, separations=None, properties={},
+        base=None, rail_under_wheel=None, slab_under_wheel=None, irregularity=None, line=None, separations=None,
+        properties={},
     )  # fmt: skip
     path = write_recording(bare, tmp_path / "deep" / "bare.rrd")
     assert rerun("rrd", "verify", path) == 0

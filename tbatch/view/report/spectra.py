@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tbatch.campaign.campaign import Campaign
 from tbatch.campaign.estimates import Units
+from tbatch.physics.irregularity import Irregularity
 from tbatch.view.report.drawing import ANY_COLOUR, LIMIT_COLOUR, WHEEL_COLOURS, Picture, band, drawing, svg_of
 from tbatch.view.report.drawing import wheel_style as style_of
 
@@ -103,7 +104,8 @@ def surface_picture(campaign: Campaign, units: Units) -> Picture | None:
     low, high = float(tables["start"]) + float(tables["taper"]), float(tables["start"]) + float(tables["distance"])
     x = np.arange(low, high, _SPACING)
     samples: Sequence[int] = [int(sample) for sample in units.sample[:MOST_SURFACES]]
-    surfaces = np.array([scenario.irregularity(sample)(x) for sample in samples])
+    # The spline that a run meets: its waves are summed by FFT, those of a long line one by one would take minutes.
+    surfaces = np.array([Irregularity.of(scenario.irregularity(sample)).spline(low, high)(x) for sample in samples])
     wavenumber, each = periodogram(detrend(surfaces), 1.0 / _SPACING, "hann")
     shortest, longest = section.wavelengths
     inside = (wavenumber >= max(1.0 / longest, 2.5 * wavenumber[1])) & (wavenumber <= 1.0 / shortest)

@@ -74,7 +74,7 @@ def _layers(record: RunRecord) -> list[View]:
     """Deflections under the wheels, round the cursor."""
     known = {
         "rail": record.rail is not None or record.rail_under_wheel is not None,
-        "slab": record.slab is not None,
+        "slab": record.slab is not None or record.slab_under_wheel is not None,
     }
     return [
         close_up(f"{layer}_deflection", f"{layer.capitalize()} under the wheels [mm]")

@@ -97,13 +97,13 @@ def _histories(stream: rr.RecordingStream, record: RunRecord, clock: Clock) -> s
         blocks = np.arange(0, n, -(-2 * force.size // POINTS_MAX))
         at, rows = extremes(force, blocks)
         send_series(stream, overview, wheels, clock.at(at), rows, GRAIN)
-    if record.rail_under_wheel is not None:
-        under = np.asarray(record.rail_under_wheel)[:n]
-        kept = plotted_samples(record, under, density=MOTION_DENSITY)
-        _deflection(stream, "rail", wheels, clock, record, kept, under[kept])
-    else:
-        _deflection(stream, "rail", wheels, clock, record, fewer, under_wheels(record, fewer))
-    _deflection(stream, "slab", wheels, clock, record, slow, under_wheels(record, slow, "slab"))
+    for layer, given, samples in (
+        ("rail", record.rail_under_wheel, fewer),
+        ("slab", record.slab_under_wheel, slow),
+    ):
+        if given is not None:
+            samples = plotted_samples(record, np.asarray(given)[:n], density=MOTION_DENSITY)
+        _deflection(stream, layer, wheels, clock, record, samples, under_wheels(record, samples, layer))
     if record.irregularity is not None:
         level = np.asarray(record.irregularity)[:n]
         kept = plotted_samples(record, level, density=MOTION_DENSITY)
