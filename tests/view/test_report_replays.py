@@ -13,6 +13,7 @@ from tbatch.campaign.run import run
 from tbatch.numerics.ride import weighting_response
 from tbatch.scenario import Scenario
 from tbatch.view.passages import Passages
+from tbatch.view.report import write_report
 from tbatch.view.report.drawing import Picture
 from tbatch.view.report.rare_loads import rare_loads, rare_loads_picture
 from tbatch.view.report.ride import carbody_places, ride_picture
@@ -97,3 +98,12 @@ def test_few_runs_are_said_to_be_few(waves):
     assert {row[-1] for row in picture.rows} == {1}
     highest = max(row[2] for row in picture.rows)
     assert highest == pytest.approx(waves.records.units(0, 1)["ratio_max"][0], rel=1e-9)
+
+
+@pytest.mark.parametrize("distance", ["3 m", "5.2 m", "6 m"])
+def test_a_run_as_short_as_its_taper_has_a_report(tmp_path, distance):
+    short = [f"run.distance={distance}", "run.evaluate_from=1 m", "campaign.runs=2", 'keep.timelines="none"']
+    campaign = run(Scenario.load("quick", overrides=short), out=tmp_path / "short")
+    page = write_report(campaign, tmp_path / "report").read_text(encoding="utf-8")
+    assert "No ride values" in page
+    assert page.count("<svg") >= 10

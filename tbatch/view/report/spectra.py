@@ -16,6 +16,7 @@ THIRD_OCTAVES = 10.0 ** (np.arange(0, 34) / 10.0)
 """Band centres from 1 Hz to 2 kHz [Hz], IEC 61260, base ten."""
 MOST_SURFACES = 64
 _SPACING = 0.02  # of the surface's points [m]
+_FEWEST_PLACES = 16  # of a line that is long enough to have a spectrum
 _FREEDOM = 0.7  # of a Hann-windowed segment among half-overlapping ones, as if it were independent
 
 Series = Mapping[str, NDArray[np.float64]]
@@ -91,7 +92,7 @@ def spectra_picture(loads: Series, accelerations: Series, step: float, marks: Ma
 
 
 def surface_picture(campaign: Campaign, units: Units) -> Picture | None:
-    """Density of the running surfaces against the spectrum that they are drawn from; None without a spectrum."""
+    """Density of the running surfaces against the spectrum asked for; None without one, or where the line is short."""
     from scipy.signal import detrend, periodogram
     from scipy.stats import chi2
 
@@ -103,12 +104,16 @@ def surface_picture(campaign: Campaign, units: Units) -> Picture | None:
     tables = campaign.store.resolved["run"]
     low, high = float(tables["start"]) + float(tables["taper"]), float(tables["start"]) + float(tables["distance"])
     x = np.arange(low, high, _SPACING)
+    if len(x) < _FEWEST_PLACES:
+        return None
     samples: Sequence[int] = [int(sample) for sample in units.sample[:MOST_SURFACES]]
     # The spline that a run meets: its waves are summed by FFT, those of a long line one by one would take minutes.
     surfaces = np.array([Irregularity.of(scenario.irregularity(sample)).spline(low, high)(x) for sample in samples])
     wavenumber, each = periodogram(detrend(surfaces), 1.0 / _SPACING, "hann")
     shortest, longest = section.wavelengths
     inside = (wavenumber >= max(1.0 / longest, 2.5 * wavenumber[1])) & (wavenumber <= 1.0 / shortest)
+    if not inside.any():
+        return None
     wavenumber, density = wavenumber[inside], each[:, inside].mean(axis=0)
     freedom = 2.0 * len(samples)
     low_end, high_end = (density * freedom / float(chi2.ppf(q, freedom)) for q in (0.975, 0.025))
