@@ -97,5 +97,7 @@ def test_another_step_is_another_model_of_the_same_parts():
     slower = MODEL.with_step(2e-4)
     assert slower.step == 2e-4
     assert slower.vehicle is MODEL.vehicle
-    np.testing.assert_array_equal(slower.tables.inverse, VehicleTables.of(COACH, TwoStep(2e-4)).inverse)
+    np.testing.assert_array_equal(
+        slower.tables.inverse, Model.build(COACH, MODEL.track, MODEL.contact, step=2e-4).tables.inverse
+    )
     assert replace(slower.scheme, step=1e-4) == MODEL.scheme

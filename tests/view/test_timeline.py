@@ -46,7 +46,10 @@ def read(path) -> dict:
     for chunk in reader.store(store=reader.recordings()[0]).stream():
         batch = chunk.to_record_batch()
         for name in batch.schema.names:
-            columns[chunk.entity_path][name] += batch.column(name).to_pylist()
+            column = batch.column(name)
+            # Nanoseconds as whole numbers: Python's own time spans stop at microseconds.
+            column = column.cast("int64") if column.type == "duration[ns]" else column
+            columns[chunk.entity_path][name] += column.to_pylist()
     return columns
 
 
