@@ -83,5 +83,5 @@ def report(
     campaign = Campaign.open(folder, threads=threads)
     from tbatch.view.report import write_report
 
-    path = write_report(campaign, out or folder / "report", histories=histories)
+    path = write_report(campaign, out or folder / "report", histories=histories, message=say)
     say(f"wrote {path} and the numbers behind its figures beside it")

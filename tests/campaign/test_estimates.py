@@ -170,10 +170,9 @@ def test_estimates_from_all_runs_are_the_last_point_of_their_convergence():
     data = records(source.gumbel(2.0, 0.3, (50, 2)), [(k, 1, 1e-3) for k in range(0, 50, 3)])
     units = data.units(0)
     followed = convergence(units)
-    found = by_name(units)
-    for name, points in followed.items():
-        assert points[-1] == found[name]
-        assert [point.runs for point in points] == sizes(50)
+    assert [*followed] == sizes(50)
+    for count in (8, 50):  # as texts: some are NaN in these records
+        assert str(followed[count]) == str(by_name(units.first(count)))
     assert sizes(5) == [5]
     assert sizes(8) == [8]
 

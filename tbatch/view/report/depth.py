@@ -1,11 +1,12 @@
 """Figures about how much to trust: convergence with the runs, extreme values, what the varied numbers decide."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from tbatch.campaign.estimates import Units
+from tbatch.campaign.estimates import Estimate, Units
 from tbatch.campaign.estimates.convergence import convergence
 from tbatch.campaign.estimates.extremes import (
     ExtremeFit,
@@ -18,6 +19,8 @@ from tbatch.campaign.estimates.extremes import (
 from tbatch.campaign.estimates.intervals import exact_interval, order_statistics
 from tbatch.campaign.estimates.sensitivity import Sensitivity, sensitivities
 from tbatch.view.report.drawing import DASHES, WHEEL_COLOURS, Picture, band, drawing, svg_of, wheel_style
+from tbatch.view.report.page import table_html
+from tbatch.view.report.tables import with_interval
 
 KMH = 3.6
 _LABELS = {
@@ -28,13 +31,14 @@ _LABELS = {
 _VARIED_BINS = 5
 
 
-def convergence_picture(speed: float, units: Units) -> Picture:
-    """Estimates from the first n runs."""
+def convergence_picture(speed: float, units: Units) -> tuple[Picture, dict[int, dict[str, Estimate]]]:
+    """The main estimates from the first n runs, and every estimate so."""
     followed = convergence(units)
     title = f"How the estimates settle, at {KMH * speed:.4g} km/h"
-    with drawing(height=2.8, panels=len(followed)) as (figure, grid):
-        for place, (axes, (name, points)) in enumerate(zip(grid, followed.items(), strict=True)):
-            runs = [one.runs for one in points]
+    with drawing(height=2.8, panels=len(_LABELS)) as (figure, grid):
+        for place, (axes, name) in enumerate(zip(grid, _LABELS, strict=True)):
+            points = [found[name] for found in followed.values()]
+            runs = [*followed]
             values = np.array([one.value for one in points])
             colour = WHEEL_COLOURS[place]
             axes.plot(runs, values, color=colour, marker="o", markersize=3)
@@ -52,14 +56,32 @@ def convergence_picture(speed: float, units: Units) -> Picture:
             axes.set_title(_LABELS[name], fontsize=9)
         svg = svg_of(figure, "convergence", title)
     rows: list[list[Any]] = [
-        [name, one.runs, one.value, one.low, one.high, one.method]
-        for name, points in followed.items()
-        for one in points
+        [name, runs, one.value, one.low, one.high, one.unit, one.method]
+        for runs, found in followed.items()
+        for name, one in found.items()
     ]
     caption = (
-        "Each estimate for any wheelset from the first n runs, with its 95 % interval; a band without an edge is open."
+        "Estimates for any wheelset from the first n runs, with their 95 % intervals; a band without an edge is open."
+        " The numbers behind hold every other estimate too, in SI units."
     )
-    return Picture("convergence", title, caption, svg, ("estimate", "runs", "value", "low", "high", "method"), rows)
+    columns = ("estimate", "runs", "value", "low", "high", "unit", "method")
+    return Picture("convergence", title, caption, svg, columns, rows), followed
+
+
+def settling_table(followed: Mapping[int, Mapping[str, Estimate]]) -> str:
+    """Every estimate from about an eighth, a quarter, half and all of the runs, folded away."""
+    counts = [*followed][-1::-2][:4][::-1]
+    last = followed[counts[-1]] if counts else {}
+    rows = [
+        [
+            name,
+            one.unit or "-",
+            *(with_interval(of[name]) if name in of else "-" for of in map(followed.__getitem__, counts)),
+        ]
+        for name, one in last.items()
+    ]
+    titles = ["estimate", "unit", *(f"{count:,} runs" for count in counts)]
+    return f"<details><summary>How every estimate settles</summary>{table_html(titles, rows, text=2)}</details>"
 
 
 def _ticks(first: int, last: int) -> list[int]:

@@ -28,6 +28,7 @@ __all__ = [
     "headline",
     "limit_lines",
     "speed_pictures",
+    "with_interval",
 ]
 
 KMH = 3.6
@@ -278,9 +279,9 @@ def _cells(numbers: Mapping[str, Estimate]) -> list[str]:
         elif name.endswith(".max"):
             cells.append(f"{1e3 * one.value:.3g}" if one.unit == "m" else _longest(one, numbers))
         elif name == "separation.share":
-            cells.append(_with_interval(one, 1e2))
+            cells.append(with_interval(one, 1e2))
         else:
-            cells.append(_with_interval(one))
+            cells.append(with_interval(one))
     return cells
 
 
@@ -290,7 +291,8 @@ def _longest(one: Estimate, numbers: Mapping[str, Estimate]) -> str:
     return shown(one.value, one.unit) + (f"\n{length.value:.3g} m" if length is not None else "")
 
 
-def _with_interval(one: Estimate, factor: float = 1.0) -> str:
+def with_interval(one: Estimate, factor: float = 1.0) -> str:
+    """A number to three digits, and its interval in a line below."""
     return f"{_plain(factor * one.value, 3)}\n{_plain(factor * one.low, 3)} to {_plain(factor * one.high, 3)}"
 
 

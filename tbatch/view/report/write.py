@@ -1,6 +1,6 @@
 """From a campaign to its report: ``report/index.html`` and ``report/csv/``."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,13 +23,16 @@ KMH = 3.6
 MOST_SPEEDS = 5  # in a figure with a curve for each
 
 
-def write_report(campaign: Campaign, folder: Path, *, histories: bool = True) -> Path:
+def write_report(
+    campaign: Campaign, folder: Path, *, histories: bool = True, message: Callable[[str], None] = lambda text: None
+) -> Path:
     """Writes the report of a campaign and returns the page's path.
 
     Args:
         campaign: The campaign.
         folder: Where to write; made if it is missing.
         histories: Whether to simulate some runs again and draw what becomes of them along the line.
+        message: Is told what is being done, where that takes long.
     """
     places = [
         (case, wheel) for case in range(len(campaign.speeds)) for wheel in (*campaign.records.wheels, ANY_WHEELSET)
@@ -42,9 +45,13 @@ def write_report(campaign: Campaign, folder: Path, *, histories: bool = True) ->
     if histories:
         telling = _telling_case(units)
         some = {case: units[case] for case in _spread(len(campaign.speeds))}
+        at = f"at {KMH * campaign.speeds[telling]:.4g} km/h"
+        message(f"simulating runs again: along the line at {len(some)} speed{'s' * (len(some) > 1)}")
         pictures["Along the line"] = envelope_pictures(campaign, some)
+        message(f"simulating runs again: rare loads {at}")
         if (rare := rare_loads_picture(campaign, telling)) is not None:
             pictures["Along the line"].append(rare)
+        message("simulating runs again: ride and single runs")
         ride = ride_picture(campaign, _spread(len(campaign.speeds)))
         if isinstance(ride, str):
             notes["Along the line"] = [f'<p class="note">{tables.escape(ride)}</p>']
@@ -97,10 +104,12 @@ def _pictures(
         curves.time_shares(ensemble),
     ]
     notes: dict[str, list[str]] = {}
-    pictures["How far to trust it"] = [depth.convergence_picture(speed, one)]
+    settling, followed = depth.convergence_picture(speed, one)
+    pictures["How far to trust it"] = [settling]
     if (extremes := depth.extremes_picture(speed, one)) is not None:
         pictures["How far to trust it"].append(extremes[0])
         notes["How far to trust it"] = [tables.fits(extremes[1])]
+    notes.setdefault("How far to trust it", []).append(depth.settling_table(followed))
     varied: list[Picture] = []
     if (sensitivity := depth.sensitivity_picture(speed, one)) is not None:
         varied.append(sensitivity[0])
