@@ -32,8 +32,7 @@ def prepare(
     for place in [*places, *([folder / PARTS] if part else [])]:
         make_folder(place)
     if part is None:  # a part's neighbours are writing
-        for place in [*places, folder / PARTS]:
-            remove_leftovers(place)
+        tidy(folder)
     store = _opened(folder, given, message)
     if part is not None:
         store.own = Manifest.read(folder, part.manifest_name) or Manifest(store.manifest.campaign)
@@ -50,6 +49,12 @@ def prepare(
         with contextlib.suppress(OSError):
             (folder / PARTS).rmdir()
     return store
+
+
+def tidy(folder: Path) -> None:
+    """Removes what killed processes and workers were about to write; nobody else may be writing."""
+    for place in [folder, *(folder / kind for kind in KINDS), folder / PARTS]:
+        remove_leftovers(place)
 
 
 def new_session(manifest: Manifest, message: Message) -> dict[str, Any]:

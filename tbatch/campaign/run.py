@@ -16,6 +16,7 @@ from tbatch.campaign.durable import make_folder
 from tbatch.campaign.executor import Executor
 from tbatch.campaign.observer import Observer
 from tbatch.campaign.part import Part, holding
+from tbatch.campaign.preparation import tidy
 from tbatch.campaign.progress import Progress, Report
 from tbatch.campaign.quarantine import write_quarantine
 from tbatch.campaign.recordings import Recorder, write_missing_recordings
@@ -73,6 +74,8 @@ def run(
                 else:
                     _simulate(campaign, report, missing, observer)
                 missing = campaign.missing(part)
+            if cluster is not None and part is None:
+                tidy(folder)  # of workers that were killed
         elif part is not None:
             tell(f"complete already: all runs of part {part} are stored in {folder}")
         else:

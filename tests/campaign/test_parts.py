@@ -13,6 +13,7 @@ from tbatch.campaign.faults import FolderInUse, FolderUnusable, ScenarioChanged,
 from tbatch.campaign.lock import FolderLock
 from tbatch.campaign.merging import merge
 from tbatch.campaign.part import Part
+from tbatch.campaign.records import tables_of
 from tbatch.campaign.run import run
 from tbatch.campaign.shards import missing_shards
 from tbatch.campaign.store import Store
@@ -35,6 +36,22 @@ def alone(tmp_path_factory):
     folder = tmp_path_factory.mktemp("alone")
     work(folder)
     return bytes_of(folder)
+
+
+class Mortal:
+    """Workers, one of which was killed while it wrote."""
+
+    def simulate(self, campaign, missing, report, message):
+        """Stores all; what was half written stays."""
+        (campaign.folder / "wheels" / ".c00-s000000-000064.parquet.there-1.tmp").write_bytes(b"half")
+        result = campaign.executor.simulate([pair for shard in missing for pair in shard.pairs])
+        tables = tables_of(campaign.scenario, missing, result)
+        campaign.store.commit(tables, run_steps=1, seconds=1.0, kernel_seconds=1.0)
+
+
+def test_what_a_killed_worker_was_writing_is_gone_when_the_work_is_done(tmp_path, alone):
+    work(tmp_path, cluster=Mortal())
+    assert bytes_of(tmp_path) == alone
 
 
 @given(st.integers(1, 9), st.integers(1, 700), st.integers(1, 700), st.integers(1, 12))
